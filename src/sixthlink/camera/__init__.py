@@ -1,0 +1,7 @@
+"""Lens and camera models, the rig that is the head, and triangulation. Knows nothing of robots."""
+
+from sixthlink.camera.camera import Camera, pixel_jacobian, pixels_from_points, rays_from_pixels
+from sixthlink.camera.rig import CameraRig
+from sixthlink.camera.triangulation import triangulate
+
+__all__ = ["Camera", "CameraRig", "pixel_jacobian", "pixels_from_points", "rays_from_pixels", "triangulate"]

@@ -1,0 +1,142 @@
+"""How does light become pixels, and back?
+
+The pinhole model with radial-tangential distortion (Brown 1971; OpenCV's k1 k2 p1 p2 k3 and its order). The centre
+of the first pixel is (0, 0). A camera looks along its +z axis, x to the right of the image, y down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sixthlink.geometry import Floats, frozen_floats
+
+__all__ = ["Camera", "pixel_jacobian", "pixels_from_points", "rays_from_pixels"]
+
+DISTORTION_NAMES = ("k1", "k2", "p1", "p2", "k3")
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Intrinsics of one camera.
+
+    Attributes:
+        width_px: Image width [pixel].
+        height_px: Image height [pixel].
+        focal_px: ``(2,)`` focal lengths fx, fy [pixel].
+        centre_px: ``(2,)`` principal point cx, cy [pixel].
+        distortion: ``(5,)`` k1, k2, p1, p2, k3 [-].
+    """
+
+    width_px: int
+    height_px: int
+    focal_px: Floats
+    centre_px: Floats
+    distortion: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "focal_px", frozen_floats(self.focal_px, (2,), "focal_px"))
+        object.__setattr__(self, "centre_px", frozen_floats(self.centre_px, (2,), "centre_px"))
+        object.__setattr__(self, "distortion", frozen_floats(self.distortion, (5,), "distortion"))
+        if self.width_px < 1 or self.height_px < 1:
+            raise ValueError(f"image size is {self.width_px} x {self.height_px} pixel, expected at least 1 x 1")
+        if (self.focal_px <= 0).any():
+            raise ValueError(f"focal lengths are {tuple(self.focal_px)} pixel, expected both above 0")
+
+    @property
+    def matrix(self) -> Floats:
+        """``(3, 3)`` camera matrix K [pixel]."""
+        (fx, fy), (cx, cy) = self.focal_px, self.centre_px
+        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+
+def pixels_from_points(camera: Camera, points_camera: npt.ArrayLike) -> Floats:
+    """Pixels ``(..., 2)`` of points ``(..., 3)`` in camera coordinates [m].
+
+    Raises:
+        ValueError: A point is not in front of the camera.
+    """
+    return _project(camera, points_camera)[0]
+
+
+def pixel_jacobian(camera: Camera, points_camera: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
+    """Pixels, and how they follow the points and the intrinsics.
+
+    Args:
+        camera: The camera.
+        points_camera: ``(..., 3)`` points in camera coordinates [m].
+
+    Returns:
+        ``(..., 2)`` pixels; ``(..., 2, 3)`` derivative by the point [pixel/m]; ``(..., 2, 9)`` derivative by
+        fx, fy, cx, cy, k1, k2, p1, p2, k3.
+
+    Raises:
+        ValueError: A point is not in front of the camera.
+    """
+    pixels, normal, distorted = _project(camera, points_camera)
+    x, y = normal[..., 0], normal[..., 1]
+    k1, k2, p1, p2, k3 = camera.distortion
+    fx, fy = camera.focal_px
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3))  # d(radial) = slope * (x dx + y dy)
+    xx = radial + slope * x * x + 2.0 * p1 * y + 6.0 * p2 * x
+    xy = slope * x * y + 2.0 * p1 * x + 2.0 * p2 * y
+    yy = radial + slope * y * y + 6.0 * p1 * y + 2.0 * p2 * x
+    depth = np.asarray(points_camera, dtype=np.float64)[..., 2]
+    by_point = np.empty((*x.shape, 2, 3))
+    by_point[..., 0, 0], by_point[..., 0, 1] = fx * xx / depth, fx * xy / depth
+    by_point[..., 1, 0], by_point[..., 1, 1] = fy * xy / depth, fy * yy / depth
+    by_point[..., 0, 2] = -fx * (xx * x + xy * y) / depth
+    by_point[..., 1, 2] = -fy * (xy * x + yy * y) / depth
+    by_lens = np.zeros((*x.shape, 2, 9))
+    by_lens[..., 0, 0], by_lens[..., 1, 1] = distorted[..., 0], distorted[..., 1]
+    by_lens[..., 0, 2] = by_lens[..., 1, 3] = 1.0
+    for column, power in ((4, r2), (5, r2 * r2), (8, r2**3)):
+        by_lens[..., 0, column], by_lens[..., 1, column] = fx * x * power, fy * y * power
+    by_lens[..., 0, 6], by_lens[..., 1, 6] = fx * 2.0 * x * y, fy * (r2 + 2.0 * y * y)
+    by_lens[..., 0, 7], by_lens[..., 1, 7] = fx * (r2 + 2.0 * x * x), fy * 2.0 * x * y
+    return pixels, by_point, by_lens
+
+
+def rays_from_pixels(camera: Camera, pixels: npt.ArrayLike) -> Floats:
+    """Undistorted directions ``(..., 3)`` with z = 1 through ``(..., 2)`` pixels: Newton on the lens model.
+
+    Raises:
+        ValueError: The lens model folds at a pixel, so that no direction exists.
+    """
+    observed = (np.asarray(pixels, dtype=np.float64) - camera.centre_px) / camera.focal_px
+    unit = Camera(camera.width_px, camera.height_px, np.ones(2), np.zeros(2), camera.distortion)
+    rays = np.concatenate([observed, np.ones((*observed.shape[:-1], 1))], axis=-1)
+    for _ in range(20):
+        predicted, by_point, _ = pixel_jacobian(unit, rays)
+        miss = observed - predicted
+        if np.abs(miss).max(initial=0.0) < 1e-14:
+            break
+        rays[..., :2] += np.linalg.solve(by_point[..., :2], miss[..., None])[..., 0]
+    miss_px = np.abs((observed - _project(unit, rays)[0]) * camera.focal_px).max(initial=0.0)
+    if not miss_px < 1e-6:
+        raise ValueError(f"the lens model folds: no ray for some pixels (best miss {miss_px:.3g} pixel)")
+    return rays
+
+
+def _project(camera: Camera, points_camera: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
+    """Pixels, undistorted and distorted normalised coordinates."""
+    P = np.asarray(points_camera, dtype=np.float64)
+    if (P[..., 2] <= 0.0).any():
+        raise ValueError(f"{np.count_nonzero(P[..., 2] <= 0.0)} points are not in front of the camera")
+    normal = P[..., :2] / P[..., 2:]
+    x, y = normal[..., 0], normal[..., 1]
+    k1, k2, p1, p2, k3 = camera.distortion
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    distorted = np.stack(
+        [
+            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+        ],
+        axis=-1,
+    )
+    return distorted * camera.focal_px + camera.centre_px, normal, distorted

@@ -1,0 +1,34 @@
+"""What was recorded, in memory: shots, poses, images by name, detections. Opens no file."""
+
+from sixthlink.recording.detections import Detections, Rejection, joined, selected
+from sixthlink.recording.recording import (
+    EYE_IN_HAND,
+    EYE_TO_HAND,
+    KINDS,
+    MOUNTS,
+    CameraDescription,
+    Head,
+    Recording,
+    flange_poses_of,
+    placement_indices,
+    shots_of_kind,
+    with_arm,
+)
+
+__all__ = [
+    "EYE_IN_HAND",
+    "EYE_TO_HAND",
+    "KINDS",
+    "MOUNTS",
+    "CameraDescription",
+    "Detections",
+    "Head",
+    "Recording",
+    "Rejection",
+    "flange_poses_of",
+    "joined",
+    "placement_indices",
+    "selected",
+    "shots_of_kind",
+    "with_arm",
+]

@@ -1,0 +1,41 @@
+"""The arm as a chain of steps, its derivatives and dialects, and the head as its last link."""
+
+from sixthlink.robot.arm import (
+    Arm,
+    arm_with_values,
+    flange_jacobian,
+    flange_poses,
+    joint_jacobian,
+    last_link,
+    link5_poses,
+)
+from sixthlink.robot.dialects import Coupling, Joint, Link, Tolerances, arm_from_links
+from sixthlink.robot.head_link import (
+    HeadLink,
+    PaperNumbers,
+    head_link_from_transform,
+    paper_numbers_from_transform,
+    transform_from_head_link,
+    transform_from_paper_numbers,
+)
+
+__all__ = [
+    "Arm",
+    "Coupling",
+    "HeadLink",
+    "Joint",
+    "Link",
+    "PaperNumbers",
+    "Tolerances",
+    "arm_from_links",
+    "arm_with_values",
+    "flange_jacobian",
+    "flange_poses",
+    "head_link_from_transform",
+    "joint_jacobian",
+    "last_link",
+    "link5_poses",
+    "paper_numbers_from_transform",
+    "transform_from_head_link",
+    "transform_from_paper_numbers",
+]

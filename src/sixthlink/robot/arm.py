@@ -1,0 +1,191 @@
+"""What is a robot arm, and where does its flange stand?
+
+Every dialect (DH, modified DH, Hayati, URDF) is the same thing underneath: a product of elementary turns and shifts
+along the axes of the moving frame. Step k turns or shifts by ``values[k] + joint_map[k] @ joints``; a coupled joint
+is simply a row of ``joint_map`` with two entries. One rule then gives the derivative for every parameter of every
+dialect: a turn moves the flange by a × (p_flange - p), a shift moves it along a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from sixthlink.geometry import Floats, frozen_floats, inverse
+
+__all__ = [
+    "Arm",
+    "arm_with_values",
+    "flange_jacobian",
+    "flange_poses",
+    "joint_jacobian",
+    "last_link",
+    "link5_poses",
+]
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A serial arm as a product of elementary steps, base to flange.
+
+    Attributes:
+        name: Name of the robot.
+        source: Where its numbers come from.
+        dialect: ``dh``, ``mdh`` or ``steps``: how the arm is written in a file.
+        kinds: ``rx ry rz`` (turns) or ``tx ty tz`` (shifts), one per step, K in all.
+        parameters: Name of each step's value, for example ``alpha2`` or ``d4``; unique.
+        values: ``(K,)`` constant part of each step [rad or m].
+        joint_map: ``(K, J)`` part that follows the joints: step = values + joint_map @ joints.
+        joints: Names of the J joints.
+        limits: ``(J, 2)`` range of each joint [rad, or m for a sliding joint].
+        length_tolerance_m: Standard deviation that the maker's lengths deserve [m]; 0 when not stated.
+        angle_tolerance_rad: The same for the angles [rad]; 0 when not stated.
+        joint_repeatability_rad: Standard deviation of a joint's return to a position [rad]; 0 when not stated.
+    """
+
+    name: str
+    source: str
+    dialect: str
+    kinds: tuple[str, ...]
+    parameters: tuple[str, ...]
+    values: Floats
+    joint_map: Floats
+    joints: tuple[str, ...]
+    limits: Floats
+    length_tolerance_m: float = 0.0
+    angle_tolerance_rad: float = 0.0
+    joint_repeatability_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        K, J = len(self.kinds), len(self.joints)
+        unknown = [k for k in self.kinds if len(k) != 2 or k[0] not in "rt" or k[1] not in _AXES]
+        if unknown:
+            raise ValueError(f"arm {self.name}: unknown kinds of step {unknown}, expected rx ry rz tx ty tz")
+        if len(self.parameters) != K or len(set(self.parameters)) != K:
+            raise ValueError(f"arm {self.name}: needs {K} parameter names, all different")
+        object.__setattr__(self, "values", frozen_floats(self.values, (K,), "values"))
+        object.__setattr__(self, "joint_map", frozen_floats(self.joint_map, (K, J), "joint_map"))
+        object.__setattr__(self, "limits", frozen_floats(self.limits, (J, 2), "limits"))
+        idle = [name for j, name in enumerate(self.joints) if not self.joint_map[:, j].any()]
+        if idle:
+            raise ValueError(f"arm {self.name}: joints {idle} move nothing")
+        if (self.limits[:, 0] >= self.limits[:, 1]).any():
+            raise ValueError(f"arm {self.name}: a joint's lower limit is not below its upper limit")
+
+    @property
+    def turns(self) -> npt.NDArray[np.bool_]:
+        """``(K,)`` whether a step is a turn (its value in radians) rather than a shift (in metres)."""
+        return np.array([kind[0] == "r" for kind in self.kinds])
+
+    @property
+    def last_joint_step(self) -> int:
+        """Index of the step that the last joint drives; the steps before it end in frame link5."""
+        return int(np.flatnonzero(self.joint_map[:, -1])[-1])
+
+
+def arm_with_values(arm: Arm, values: npt.ArrayLike, *, source: str | None = None) -> Arm:
+    """The same arm with other constant step values ``(K,)`` [rad or m]."""
+    return replace(arm, values=np.asarray(values), source=arm.source if source is None else source)
+
+
+def flange_poses(arm: Arm, joints: npt.ArrayLike) -> Floats:
+    """Forward kinematics (eq. 1): where the flange stands.
+
+    Args:
+        arm: The arm.
+        joints: ``(N, J)`` joint values [rad or m].
+
+    Returns:
+        ``(N, 4, 4)`` poses ``T_base_flange``.
+    """
+    q = _checked_joints(arm, joints)
+    T = np.tile(np.eye(4), (len(q), 1, 1))
+    for kind, value in _moves(arm, q):
+        _advance(T, kind, value)
+    return T
+
+
+def link5_poses(arm: Arm, joints: npt.ArrayLike) -> Floats:
+    """Poses of the link that carries the last joint, turned by that joint: T_base_link5(q) · Rz(q6) of eq. (10).
+
+    Its z axis is the last joint's axis, so that a head calibrated against it is the arm's last link, whatever
+    dialect the arm is written in.
+
+    Args:
+        arm: The arm.
+        joints: ``(N, J)`` joint values [rad or m].
+
+    Returns:
+        ``(N, 4, 4)`` poses.
+    """
+    return flange_poses(arm, joints) @ inverse(last_link(arm))
+
+
+def last_link(arm: Arm) -> Floats:
+    """``T_link5_flange`` ``(4, 4)`` with the last joint at zero: what the head replaces as the sixth link."""
+    steps = range(arm.last_joint_step, len(arm.kinds))
+    T = np.eye(4)[None]
+    for k in steps:
+        _advance(T, arm.kinds[k], arm.values[k : k + 1])
+    return T[0]
+
+
+def flange_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Flange poses and how every step's value moves them.
+
+    Args:
+        arm: The arm.
+        joints: ``(N, J)`` joint values [rad or m].
+
+    Returns:
+        ``(N, 4, 4)`` poses ``T_base_flange`` and ``(N, 6, K)`` motions (δp [m], δθ [rad]) in base axes per unit of
+        each step's value.
+    """
+    q = _checked_joints(arm, joints)
+    K, N = len(arm.kinds), len(q)
+    axes, origins = np.empty((K, N, 3)), np.empty((K, N, 3))
+    T = np.tile(np.eye(4), (N, 1, 1))
+    for k, (kind, value) in enumerate(_moves(arm, q)):
+        axes[k], origins[k] = T[:, :3, _AXES[kind[1]]], T[:, :3, 3]
+        _advance(T, kind, value)
+    turns = arm.turns
+    J = np.zeros((K, N, 6))
+    J[turns, :, :3] = np.cross(axes[turns], T[None, :, :3, 3] - origins[turns])
+    J[turns, :, 3:] = axes[turns]
+    J[~turns, :, :3] = axes[~turns]
+    return T, np.ascontiguousarray(J.transpose(1, 2, 0))
+
+
+def joint_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Flange poses ``(N, 4, 4)`` and the motions ``(N, 6, J)`` per unit of each joint, in base axes."""
+    poses, per_step = flange_jacobian(arm, joints)
+    return poses, per_step @ arm.joint_map
+
+
+def _moves(arm: Arm, q: Floats) -> Iterator[tuple[str, Floats]]:
+    return zip(arm.kinds, arm.values[:, None] + arm.joint_map @ q.T, strict=True)
+
+
+def _checked_joints(arm: Arm, joints: npt.ArrayLike) -> Floats:
+    q = np.asarray(joints, dtype=np.float64)
+    if q.ndim != 2 or q.shape[1] != len(arm.joints):
+        raise ValueError(f"joints have shape {q.shape}, expected (N, {len(arm.joints)}) for {arm.name}")
+    return q
+
+
+def _advance(T: Floats, kind: str, value: Floats) -> None:
+    """Multiply ``(N, 4, 4)`` poses in place by one elementary step of ``(N,)`` values; only moved columns are touched."""
+    axis = _AXES[kind[1]]
+    if kind[0] == "t":
+        T[:, :3, 3] += T[:, :3, axis] * value[:, None]
+        return
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    c, s = np.cos(value)[:, None], np.sin(value)[:, None]
+    u, v = T[:, :3, i].copy(), T[:, :3, j].copy()
+    T[:, :3, i] = c * u + s * v
+    T[:, :3, j] = c * v - s * u

@@ -1,0 +1,67 @@
+"""What must a calibration target be able to say?
+
+A target kind is one file in this package: a frozen dataclass whose fields are what a user writes in
+``recording.yaml`` (a field ``square_m`` is the key ``square`` in the recording's unit of length), the points it
+carries, and how to find them in an image. It is entered in ``TARGET_KINDS`` and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from sixthlink.geometry import Floats, Ints
+
+__all__ = ["Found", "GreyImage", "NotFound", "Target"]
+
+GreyImage = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+"""``(height, width)`` grey image, 8 or 16 bit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Points of a target in one image.
+
+    Attributes:
+        points: ``(M,)`` indices of the target's points.
+        pixels: ``(M, 2)`` where they are [pixel].
+        sigmas_px: ``(M,)`` standard deviation of each coordinate [pixel].
+    """
+
+    points: Ints
+    pixels: Floats
+    sigmas_px: Floats
+
+
+@dataclass(frozen=True)
+class NotFound:
+    """The target was not found in one image; false in a test, and says why."""
+
+    reason: str
+
+    def __bool__(self) -> bool:
+        return False
+
+
+class Target(Protocol):
+    """A calibration target with named points."""
+
+    @property
+    def points_m(self) -> Floats:
+        """``(P, 3)`` points in the target frame [m]; the origin is the first point, z points into the board.
+
+        Seen from the front, x runs to the right along the columns and y down along the rows.
+        """
+        ...
+
+    @property
+    def half_turn(self) -> Ints | None:
+        """``(P,)`` index that each point gets when the target is turned by 180°, or None if an image can tell."""
+        ...
+
+    def find(self, image: GreyImage) -> Found | NotFound:
+        """Find the points in one image, refined to sub-pixel positions."""
+        ...
