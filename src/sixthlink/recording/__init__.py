@@ -1,6 +1,6 @@
 """What was recorded, in memory: shots, poses, images by name, detections. Opens no file."""
 
-from sixthlink.recording.detections import Detections, Rejection, joined, selected
+from sixthlink.recording.detections import Detections, Rejection, joined, renumbered, selected
 from sixthlink.recording.recording import (
     EYE_IN_HAND,
     EYE_TO_HAND,
@@ -12,6 +12,7 @@ from sixthlink.recording.recording import (
     flange_poses_of,
     placement_indices,
     shots_of_kind,
+    subset,
     with_arm,
 )
 
@@ -28,7 +29,9 @@ __all__ = [
     "flange_poses_of",
     "joined",
     "placement_indices",
+    "renumbered",
     "selected",
     "shots_of_kind",
+    "subset",
     "with_arm",
 ]

@@ -6,14 +6,14 @@ One flat table of columns, never nested lists, so that masks, residuals and repo
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints, frozen_floats, frozen_ints
 
-__all__ = ["Detections", "Rejection", "joined", "selected"]
+__all__ = ["Detections", "Rejection", "joined", "renumbered", "selected"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,3 +83,10 @@ def joined(tables: Iterable[Detections]) -> Detections:
         np.concatenate([p.pixels for p in parts] or [np.empty((0, 2))]),
         np.concatenate([p.sigmas_px for p in parts] or [np.empty(0)]),
     )
+
+
+def renumbered(detections: Detections, shots: Ints) -> Detections:
+    """The rows of the ``(M,)`` shots with these indices; shot ``shots[k]`` becomes shot k."""
+    number = {int(shot): k for k, shot in enumerate(shots)}
+    part = selected(detections, np.isin(detections.shots, shots))
+    return replace(part, shots=np.array([number[int(s)] for s in part.shots], dtype=np.int64))

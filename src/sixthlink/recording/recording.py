@@ -13,7 +13,7 @@ import numpy as np
 
 from sixthlink.camera import Camera
 from sixthlink.geometry import Floats, Ints, frozen_floats
-from sixthlink.recording.detections import Detections
+from sixthlink.recording.detections import Detections, renumbered
 from sixthlink.robot import Arm, flange_poses
 from sixthlink.target import LengthStandard, Target
 
@@ -28,6 +28,7 @@ __all__ = [
     "flange_poses_of",
     "placement_indices",
     "shots_of_kind",
+    "subset",
     "with_arm",
 ]
 
@@ -162,6 +163,26 @@ def flange_poses_of(recording: Recording, *, arm: Arm | None = None) -> Floats:
         return flange_poses(chosen, recording.joints)
     assert recording.Ts_base_flange is not None  # noqa: S101 - the constructor made sure of one of the two
     return recording.Ts_base_flange
+
+
+def subset(recording: Recording, shots: Ints) -> Recording:
+    """The recording reduced to the ``(M,)`` shots of these indices, in that order."""
+
+    def rows(column: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(column[i] for i in shots)
+
+    return replace(
+        recording,
+        ids=rows(recording.ids),
+        placements=rows(recording.placements),
+        kinds=rows(recording.kinds),
+        marks=rows(recording.marks),
+        joints=None if recording.joints is None else recording.joints[shots],
+        Ts_base_flange=None if recording.Ts_base_flange is None else recording.Ts_base_flange[shots],
+        images={camera: rows(names) for camera, names in recording.images.items()},
+        pixels=None if recording.pixels is None else renumbered(recording.pixels, shots),
+        Ts_head_target=None if recording.Ts_head_target is None else recording.Ts_head_target[shots],
+    )
 
 
 def with_arm(recording: Recording, arm: Arm) -> Recording:

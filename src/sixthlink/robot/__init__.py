@@ -9,7 +9,15 @@ from sixthlink.robot.arm import (
     last_link,
     link5_poses,
 )
-from sixthlink.robot.dialects import Coupling, Joint, Link, Tolerances, arm_from_links
+from sixthlink.robot.dialects import (
+    Coupling,
+    Joint,
+    Link,
+    LinkTable,
+    Tolerances,
+    arm_from_links,
+    link_table_from_arm,
+)
 from sixthlink.robot.head_link import (
     HeadLink,
     PaperNumbers,
@@ -25,6 +33,7 @@ __all__ = [
     "HeadLink",
     "Joint",
     "Link",
+    "LinkTable",
     "PaperNumbers",
     "Tolerances",
     "arm_from_links",
@@ -35,6 +44,7 @@ __all__ = [
     "joint_jacobian",
     "last_link",
     "link5_poses",
+    "link_table_from_arm",
     "paper_numbers_from_transform",
     "transform_from_head_link",
     "transform_from_paper_numbers",

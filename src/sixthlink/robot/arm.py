@@ -1,9 +1,9 @@
 """What is a robot arm, and where does its flange stand?
 
-Every dialect (DH, modified DH, Hayati, URDF) is the same thing underneath: a product of elementary turns and shifts
-along the axes of the moving frame. Step k turns or shifts by ``values[k] + joint_map[k] @ joints``; a coupled joint
-is simply a row of ``joint_map`` with two entries. One rule then gives the derivative for every parameter of every
-dialect: a turn moves the flange by a × (p_flange - p), a shift moves it along a.
+Every dialect (DH, modified DH, Hayati, URDF) is the same thing underneath: a product of elementary turns and
+shifts along the axes of the moving frame. Step k turns or shifts by ``values[k] + joint_map[k] @ joints``; a
+coupled joint is simply a row of ``joint_map`` with two entries. One rule then gives the derivative for every
+parameter of every dialect: a turn moves the flange by a × (p_flange - p), a shift moves it along a.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Arm:
         limits: ``(J, 2)`` range of each joint [rad, or m for a sliding joint].
         length_tolerance_m: Standard deviation that the maker's lengths deserve [m]; 0 when not stated.
         angle_tolerance_rad: The same for the angles [rad]; 0 when not stated.
-        joint_repeatability_rad: Standard deviation of a joint's return to a position [rad]; 0 when not stated.
+        joint_repeatability_rad: Standard deviation of a joint's return to a position [rad]; 0 when unknown.
     """
 
     name: str
@@ -111,7 +111,7 @@ def flange_poses(arm: Arm, joints: npt.ArrayLike) -> Floats:
 
 
 def link5_poses(arm: Arm, joints: npt.ArrayLike) -> Floats:
-    """Poses of the link that carries the last joint, turned by that joint: T_base_link5(q) · Rz(q6) of eq. (10).
+    """Poses of the link that carries the last joint, turned by it: T_base_link5(q) · Rz(q6) of eq. (10).
 
     Its z axis is the last joint's axis, so that a head calibrated against it is the arm's last link, whatever
     dialect the arm is written in.
@@ -132,7 +132,8 @@ def last_link(arm: Arm) -> Floats:
     T = np.eye(4)[None]
     for k in steps:
         _advance(T, arm.kinds[k], arm.values[k : k + 1])
-    return T[0]
+    last: Floats = T[0]
+    return last
 
 
 def flange_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -143,8 +144,8 @@ def flange_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
         joints: ``(N, J)`` joint values [rad or m].
 
     Returns:
-        ``(N, 4, 4)`` poses ``T_base_flange`` and ``(N, 6, K)`` motions (δp [m], δθ [rad]) in base axes per unit of
-        each step's value.
+        ``(N, 4, 4)`` poses ``T_base_flange`` and ``(N, 6, K)`` motions (δp [m], δθ [rad]) in base axes per
+        unit of each step's value.
     """
     q = _checked_joints(arm, joints)
     K, N = len(arm.kinds), len(q)
@@ -179,7 +180,7 @@ def _checked_joints(arm: Arm, joints: npt.ArrayLike) -> Floats:
 
 
 def _advance(T: Floats, kind: str, value: Floats) -> None:
-    """Multiply ``(N, 4, 4)`` poses in place by one elementary step of ``(N,)`` values; only moved columns are touched."""
+    """Multiply ``(N, 4, 4)`` poses in place by one step of ``(N,)`` values; only moved columns change."""
     axis = _AXES[kind[1]]
     if kind[0] == "t":
         T[:, :3, 3] += T[:, :3, axis] * value[:, None]

@@ -1,8 +1,8 @@
 """How does the head read as the arm's sixth link, and as the paper's six numbers?
 
-The head is estimated as a rigid transform ``T_link5_camera``; these are two ways of *reporting* it. The paper's
-eq. (2)-(4) lose signs and take the wrong point for the camera's origin; the signed form here reproduces every head
-(``docs/theory/head_as_link.md``):
+The head is estimated as a rigid transform ``T_link5_camera``; these are two ways of *reporting* it. The
+paper's eq. (2)-(4) lose signs and take the wrong point for the camera's origin; the signed form here
+reproduces every head (``docs/theory/head_as_link.md``):
 
     T_link5_camera = Rz(θ6) Tz(d6) Tx(a6) Rx(α6) · Rz(φ+γ) Tz(-L)
 """
@@ -74,8 +74,8 @@ class PaperNumbers:
 def head_link_from_transform(T_link5_camera: Floats) -> HeadLink:
     """The head as sixth link, signs included.
 
-    With Z6 parallel to Z5 the common normal is not unique. Convention then: L = 0, X6 points from Z5 to Z6 (along X5
-    if the axes coincide), and the remark says so.
+    With Z6 parallel to Z5 the common normal is not unique. Convention then: L = 0, X6 points from Z5 to Z6
+    (along X5 if the axes coincide), and the remark says so.
 
     Args:
         T_link5_camera: ``(4, 4)`` head.
@@ -89,8 +89,8 @@ def head_link_from_transform(T_link5_camera: Floats) -> HeadLink:
         theta6 = math.atan2(p[1], p[0]) if a6 > 0.0 else 0.0
         d6, length = float(p[2]), 0.0
         remark = (
-            "Z6 is parallel to Z5: the common normal is not unique, so L = 0 by convention and X6 points from Z5 "
-            "to Z6. The head itself is not affected."
+            "Z6 is parallel to Z5: the common normal is not unique, so L = 0 by convention and X6 points "
+            "from Z5 to Z6. The head itself is not affected."
         )
     else:
         theta6 = math.atan2(z6[0], -z6[1])
@@ -100,8 +100,8 @@ def head_link_from_transform(T_link5_camera: Floats) -> HeadLink:
         remark = ""
         if sine < NEARLY_PARALLEL_SINE:
             remark = (
-                f"Z6 is within {math.degrees(math.asin(sine)):.2f}° of Z5: d6, L and θ6 change a lot with the head's "
-                "tilt although the head itself is ordinary; prefer the matrix."
+                f"Z6 is within {math.degrees(math.asin(sine)):.2f}° of Z5: d6, L and θ6 change a lot with "
+                "the head's tilt although the head itself is ordinary; prefer the matrix."
             )
     R_link5_link6 = _turn_z(theta6) @ _turn_x(alpha6)
     R_link6_camera = R_link5_link6.T @ R
@@ -133,7 +133,7 @@ def paper_numbers_from_transform(T_link5_camera: Floats) -> PaperNumbers:
 
 
 def transform_from_paper_numbers(numbers: PaperNumbers) -> Floats:
-    """``T_link5_camera`` ``(4, 4)`` = Rx(-α) Ry(β) Rz(γ) with translation (-x, -y, +z) (the paper's section II.A)."""
+    """``T_link5_camera`` ``(4, 4)`` = Rx(-α) Ry(β) Rz(γ), translation (-x, -y, +z) (paper, section II.A)."""
     cb, sb = math.cos(numbers.beta_rad), math.sin(numbers.beta_rad)
     turn_y = np.array([[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]])
     R = _turn_x(-numbers.alpha_rad) @ turn_y @ _turn_z(numbers.gamma_rad)

@@ -51,9 +51,10 @@ class Target(Protocol):
 
     @property
     def points_m(self) -> Floats:
-        """``(P, 3)`` points in the target frame [m]; the origin is the first point, z points into the board.
+        """``(P, 3)`` points in the target frame [m].
 
-        Seen from the front, x runs to the right along the columns and y down along the rows.
+        Seen from the front, x runs to the right along the columns, y down along the rows and z into the board; the
+        kind says where the origin is.
         """
         ...
 

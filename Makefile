@@ -1,0 +1,44 @@
+# Two commands do everything: `make demo` runs the main job, `make test` passes the tests.
+# Both put what they need into this checkout (.tools, .venv) and leave the rest of the machine alone.
+
+UV := .tools/bin/uv
+PYTHON := .venv/bin/python
+DEMO := demo
+
+.DEFAULT_GOAL := help
+.PHONY: help install demo test check bench wheel clean
+
+help:  ## list the targets
+	@grep -E '^[a-z-]+:.*## ' Makefile | sed 's/:.*## /\t/' | expand -t 12
+
+$(UV):
+	python3 -m pip install --quiet --target .tools uv
+
+.venv/.ready: pyproject.toml | $(UV)
+	test -x $(PYTHON) || $(UV) venv --quiet --python python3 .venv
+	$(UV) pip install --quiet --python $(PYTHON) --group dev --editable .
+	touch $@
+
+install: .venv/.ready  ## install sixthlink and its tools into .venv
+
+demo: .venv/.ready  ## simulate the paper's cell, calibrate, verify on the ruler, leave demo/result/report.html
+	rm -rf $(DEMO)
+	.venv/bin/sixthlink simulate $(DEMO) --scenario paper --seed 0
+	.venv/bin/sixthlink calibrate $(DEMO) --arm $(DEMO)/truth/arm.yaml
+	.venv/bin/sixthlink verify $(DEMO) --arm $(DEMO)/truth/arm.yaml
+	@echo "open $(DEMO)/result/report.html"
+
+check: .venv/.ready  ## lint, types, floors
+	.venv/bin/ruff check src tests benchmarks examples
+	.venv/bin/ruff format --check src tests benchmarks examples
+	.venv/bin/mypy
+	.venv/bin/lint-imports
+
+test: check  ## everything that must be green
+	.venv/bin/pytest -n 2 --dist loadfile
+
+wheel: .venv/.ready  ## build the wheel into dist/
+	$(UV) build --quiet --wheel
+
+clean:  ## remove everything that the targets made
+	rm -rf .tools .venv .venv-cv4 dist $(DEMO)

@@ -1,0 +1,166 @@
+"""What does a calibration leave behind? Numbers, and the evidence for each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sixthlink.calibrate.head import Scatter, SearchReport
+from sixthlink.camera import CameraRig
+from sixthlink.geometry import Floats, frozen_floats
+from sixthlink.recording import EYE_IN_HAND, Rejection
+from sixthlink.robot import (
+    Arm,
+    HeadLink,
+    PaperNumbers,
+    head_link_from_transform,
+    last_link,
+    paper_numbers_from_transform,
+)
+
+__all__ = ["Calibration", "CameraEvidence", "Gate", "ShotEvidence", "head_link_of", "paper_numbers_of"]
+
+
+@dataclass(frozen=True)
+class Gate:
+    """One question that a calibration must answer with yes before it is accepted.
+
+    Attributes:
+        name: Short name.
+        passed: The answer.
+        message: The figure it rests on, its limit, and what to do when it refuses.
+    """
+
+    name: str
+    passed: bool
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class CameraEvidence:
+    """How one camera's numbers came about.
+
+    Attributes:
+        calibrated: Whether the intrinsics were calibrated here rather than given.
+        images: Number of images used.
+        rms_px: RMS pixel residual per coordinate [pixel], 0 when given.
+        std: ``(9,)`` standard deviation of fx, fy, cx, cy [pixel], k1, k2, p1, p2, k3 [-]; 0 when given or fixed.
+    """
+
+    calibrated: bool
+    images: int
+    rms_px: float
+    std: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "std", frozen_floats(self.std, (9,), "std"))
+
+
+@dataclass(frozen=True)
+class ShotEvidence:
+    """How one used shot fits.
+
+    Attributes:
+        shot: Id of the shot.
+        placement: Name of the target's placement.
+        translation_m: Distance of its target pose to the placement's mean [m].
+        rotation_rad: Angle of its target pose to the placement's mean [rad].
+        rms_px: RMS pixel residual of its target pose [pixel]; 0 when poses were recorded instead of pixels.
+        points: Number of points seen; 0 when poses were recorded.
+        half_turned: Whether a symmetric target was read from its other end in this shot.
+    """
+
+    shot: str
+    placement: str
+    translation_m: float
+    rotation_rad: float
+    rms_px: float
+    points: int
+    half_turned: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A calibrated head on an arm.
+
+    Attributes:
+        recording: Name of the recording.
+        mount: ``eye-in-hand`` or ``eye-to-hand``.
+        solver: Which estimator gave the answer.
+        X: ``(4, 4)`` the head: T_flange_head (eye-in-hand) or T_base_head (eye-to-hand).
+        arm: Kinematics that the flange poses were computed with, or None when the controller's were used.
+        rig: The head's cameras, or None when target poses were recorded.
+        cameras: Evidence per camera of the rig.
+        stereo_rms_px: RMS pixel residual of the cameras together [pixel], 0 with one camera.
+        placements: Names of the target's placements.
+        Ts_base_target: ``(P, 4, 4)`` target per placement: T_base_target, or T_flange_target for eye-to-hand.
+        value_m2: Eq. (11) at the answer [m²].
+        rotation_length_m: ℓ of eq. (11) [m].
+        pairs: Pairs of shots that eq. (11) sums over.
+        search: What the search did.
+        shots: Evidence per used shot.
+        rejections: Images and shots that were not used, and why.
+        gates: Whether the calibration is accepted.
+        inputs: SHA-256 of every input file by name.
+        versions: Versions of sixthlink and of the libraries it ran on.
+    """
+
+    recording: str
+    mount: str
+    solver: str
+    X: Floats
+    arm: Arm | None
+    rig: CameraRig | None
+    cameras: tuple[CameraEvidence, ...]
+    stereo_rms_px: float
+    placements: tuple[str, ...]
+    Ts_base_target: Floats
+    value_m2: float
+    rotation_length_m: float
+    pairs: int
+    search: SearchReport
+    shots: tuple[ShotEvidence, ...]
+    rejections: tuple[Rejection, ...]
+    gates: tuple[Gate, ...] = ()
+    inputs: dict[str, str] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "X", frozen_floats(self.X, (4, 4), "X"))
+        shape = (len(self.placements), 4, 4)
+        object.__setattr__(self, "Ts_base_target", frozen_floats(self.Ts_base_target, shape, "Ts_base_target"))
+
+    @property
+    def scatter(self) -> Scatter:
+        """Residual of eq. (10) per used shot."""
+        return Scatter(
+            np.array([s.translation_m for s in self.shots]), np.array([s.rotation_rad for s in self.shots])
+        )
+
+    @property
+    def accepted(self) -> bool:
+        """Whether no gate refuses."""
+        return all(gate.passed for gate in self.gates)
+
+    @property
+    def T_link5_head(self) -> Floats | None:
+        """``(4, 4)`` the head in the frame of the last joint, or None for a fixed head.
+
+        Without kinematics the flange stands in for link 5.
+        """
+        if self.mount != EYE_IN_HAND:
+            return None
+        return self.X if self.arm is None else last_link(self.arm) @ self.X
+
+
+def head_link_of(calibration: Calibration) -> HeadLink | None:
+    """The head as the arm's sixth link, or None for a fixed head."""
+    T = calibration.T_link5_head
+    return None if T is None else head_link_from_transform(T)
+
+
+def paper_numbers_of(calibration: Calibration) -> PaperNumbers | None:
+    """The head as the paper's (α, β, γ, x, y, z), or None for a fixed head."""
+    T = calibration.T_link5_head
+    return None if T is None else paper_numbers_from_transform(T)

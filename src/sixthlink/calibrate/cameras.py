@@ -1,0 +1,280 @@
+"""What are the lenses of the head, and how do its cameras stand to each other?
+
+Given lenses and poses are kept; the rest is refined together over all cameras and shots. Which lens terms are free is
+decided by the data: k1 always; k2, p1 and p2 to begin with; k3 only with twenty views or more. A term that comes out
+smaller than its own standard deviation is put to zero and the rest refined again: first k3, then the pair p1 and
+p2, then k2 where k3 is already gone. A superfluous term does no harm between the corners that were seen, but bends
+the image outside them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from sixthlink.calibrate.calibration import CameraEvidence
+from sixthlink.calibrate.rig_refinement import LENS_NAMES, RigFit, RigProblem, refine_rig, unseen_lens
+from sixthlink.calibrate.rig_start import (
+    beyond_reason,
+    rejections_of,
+    start_lens,
+    start_pose,
+    view_poses,
+    views_beyond,
+    without,
+)
+from sixthlink.camera import Camera, CameraRig
+from sixthlink.errors import CalibrationError
+from sixthlink.geometry import Floats, Ints, inverse
+from sixthlink.progress import Progress, Silent
+from sixthlink.recording import Detections, Recording, Rejection, shots_of_kind
+
+__all__ = ["RigCalibration", "calibrate_rig"]
+
+STAGE = "calibrating cameras"
+
+VIEWS_FOR_K3 = 20
+"""Fewer views than this seldom reach the corners of the image in which k3 shows."""
+
+LARGEST_FOCAL_SHARE = 0.05
+"""A focal length less certain than this share of itself is no result: the views hardly tilt."""
+
+
+@dataclass(frozen=True, eq=False)
+class RigCalibration:
+    """The cameras of the head, and the evidence for them.
+
+    Attributes:
+        rig: The head.
+        cameras: Evidence per camera; the RMS is that of its views in the common refinement, given lens or not.
+        stereo_rms_px: RMS residual per coordinate over the shots that more than one camera saw [pixel]; 0 with
+            one camera.
+        noise_px: Standard deviation of a pixel coordinate, as the residuals show it [pixel].
+        detections: The detections as given, without refused views, and with a symmetric target named alike by all
+            cameras of a shot.
+        rejections: Views and shots that were refused, and why.
+        names: Names of the G free parameters, for example ``right.fx`` and ``left.rotation_z``.
+        covariance: ``(G, G)`` of these [pixel, -, m, rad].
+    """
+
+    rig: CameraRig
+    cameras: tuple[CameraEvidence, ...]
+    stereo_rms_px: float
+    noise_px: float
+    detections: Detections
+    rejections: tuple[Rejection, ...]
+    names: tuple[str, ...]
+    covariance: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """Where the refinement begins."""
+
+    rig: CameraRig
+    Ts_head_target: dict[int, Floats]
+    detections: Detections
+    rejections: list[Rejection]
+
+
+def calibrate_rig(
+    recording: Recording, detections: Detections, *, progress: Progress | None = None
+) -> RigCalibration:
+    """Calibrate what the recording does not give of its cameras.
+
+    Args:
+        recording: The recording; its calibration shots are used.
+        detections: What the cameras saw.
+        progress: Listener.
+
+    Raises:
+        TooFewShotsError: A camera has fewer than three usable views, or fewer than three together with the reference.
+        CalibrationError: The views do not determine a lens, or contradict what is given.
+    """
+    listener = progress or Silent()
+    if recording.target is None or not recording.head.cameras:
+        raise CalibrationError(
+            "the recording describes no target or no camera, so there is no camera to calibrate"
+        )
+    start = _start(recording, detections, listener)
+    listener.step(STAGE, 2, 4)
+    given = np.array([d.camera is not None for d in recording.head.cameras])
+    free_lens = _first_terms(given, start)
+    shots, problem, fit = _refined(recording, start, free_lens)
+    listener.step(STAGE, 3, 4)
+    refused = _contradicting(shots, problem, fit)
+    if refused:
+        start.rejections.extend(rejections_of(refused, recording.ids, ""))
+        kept = {s: T for s, T in start.Ts_head_target.items() if s not in refused}
+        start = replace(start, Ts_head_target=kept, detections=without(start.detections, set(refused)))
+        shots, problem, fit = _refined(recording, start, free_lens)
+    problem, fit = _with_supported_terms(problem, fit)
+    _refuse_uncertain_focal(fit, problem)
+    listener.step(STAGE, 4, 4)
+    return _result(start, problem, fit, ~given)
+
+
+def _start(recording: Recording, detections: Detections, listener: Progress) -> _Start:
+    """First lenses, camera poses and target poses, and the detections that survive them."""
+    target = recording.target
+    assert target is not None  # noqa: S101 - the caller made sure
+    wanted = shots_of_kind(recording, "calibrate")
+    points_m, half_turn = target.points_m, target.half_turn
+    rejections: list[Rejection] = []
+    cameras: list[Camera] = []
+    poses: list[dict[int, Floats]] = []
+    for c, description in enumerate(recording.head.cameras):
+        camera = description.camera
+        if camera is None:
+            lens = start_lens(description, points_m, _seen(detections, wanted, c))
+            camera = lens.camera
+            rejections.extend(rejections_of(lens.refused, recording.ids, description.name))
+            detections = without(detections, set(lens.refused), c)
+        cameras.append(camera)
+        poses.append(view_poses(description.name, camera, points_m, _seen(detections, wanted, c)))
+    listener.step(STAGE, 1, 4)
+    Ts_camera_head = [np.eye(4)]
+    reference = recording.head.cameras[0].name
+    for c, description in enumerate(recording.head.cameras[1:], start=1):
+        pair = (reference, description.name)
+        between = start_pose(pair, poses[0], poses[c], points_m, half_turn, description.T_camera_head)
+        rejections.extend(rejections_of(between.refused, recording.ids, ""))
+        detections = without(detections, set(between.refused))
+        if half_turn is not None:
+            detections = _turned(detections, between.turned, c, half_turn)
+        Ts_camera_head.append(between.T_camera_head)
+    rig = CameraRig(tuple(d.name for d in recording.head.cameras), tuple(cameras), np.stack(Ts_camera_head))
+    alive = set(detections.shots[np.isin(detections.shots, wanted)].tolist())
+    Ts_head_target: dict[int, Floats] = {}
+    for c in reversed(range(len(cameras))):  # the reference speaks last
+        T_head_camera = inverse(rig.Ts_camera_head[c])
+        Ts_head_target |= {s: T_head_camera @ T for s, T in poses[c].items() if s in alive}
+    return _Start(rig, Ts_head_target, detections, rejections)
+
+
+def _seen(detections: Detections, shots: Ints, camera: int) -> Detections:
+    rows = np.isin(detections.shots, shots) & (detections.cameras == camera)
+    return _rows(detections, np.flatnonzero(rows), detections.points[rows])
+
+
+def _turned(detections: Detections, shots: tuple[int, ...], camera: int, half_turn: Ints) -> Detections:
+    """Detections in which one camera names the points of some shots from the other end."""
+    rows = np.isin(detections.shots, shots) & (detections.cameras == camera)
+    points = np.where(rows, half_turn[np.where(rows, detections.points, 0)], detections.points)
+    return _rows(detections, np.arange(len(points)), points)
+
+
+def _rows(d: Detections, rows: Ints, points: Ints) -> Detections:
+    return Detections(d.shots[rows], d.cameras[rows], points, d.pixels[rows], d.sigmas_px[rows])
+
+
+def _first_terms(given: npt.NDArray[np.bool_], start: _Start) -> npt.NDArray[np.bool_]:
+    """``(C, 9)`` lens terms that are free to begin with."""
+    free = np.repeat(~given[:, None], len(LENS_NAMES), axis=1)
+    d = start.detections
+    for c in range(len(given)):
+        views = set(d.shots[d.cameras == c].tolist()) & start.Ts_head_target.keys()
+        free[c, LENS_NAMES.index("k3")] &= len(views) >= VIEWS_FOR_K3
+    return free
+
+
+def _refined(
+    recording: Recording, start: _Start, free_lens: npt.NDArray[np.bool_]
+) -> tuple[list[int], RigProblem, RigFit]:
+    """The refinement over all shots with a first pose: their indices, the problem and its answer."""
+    assert recording.target is not None  # noqa: S101 - the caller made sure
+    d = start.detections
+    shots = sorted(start.Ts_head_target.keys() & set(d.shots.tolist()))
+    if not shots:
+        raise CalibrationError(
+            "no calibration shot shows the target well enough to locate it; check the images and the target's description"
+        )
+    rows = np.flatnonzero(np.isin(d.shots, shots))
+    rows = rows[np.argsort(d.shots[rows], kind="stable")]
+    free_pose = np.array([c > 0 and e.T_camera_head is None for c, e in enumerate(recording.head.cameras)])
+    problem = RigProblem(
+        slots=np.searchsorted(shots, d.shots[rows]),
+        cameras=d.cameras[rows],
+        points_target=recording.target.points_m[d.points[rows]],
+        pixels=d.pixels[rows],
+        sigmas_px=d.sigmas_px[rows],
+        free_lens=free_lens,
+        free_pose=free_pose,
+    )
+    return shots, problem, refine_rig(problem, start.rig, np.stack([start.Ts_head_target[s] for s in shots]))
+
+
+def _contradicting(shots: list[int], problem: RigProblem, fit: RigFit) -> dict[int, str]:
+    """Shots whose pixels the common answer explains far worse than those of the others."""
+    squares = np.bincount(problem.slots, weights=np.sum(fit.residuals_px**2, axis=1))
+    rms = np.sqrt(squares / (2.0 * np.bincount(problem.slots)))
+    return {shots[k]: beyond_reason(float(rms[k]), float(np.median(rms))) for k in views_beyond(rms)}
+
+
+def _with_supported_terms(problem: RigProblem, fit: RigFit) -> tuple[RigProblem, RigFit]:
+    """The fit with only those lens terms that stand out from their own uncertainty."""
+    for group in (("k3",), ("p1", "p2"), ("k2",)):
+        columns = [LENS_NAMES.index(name) for name in group]
+        free, lenses = problem.free_lens.copy(), list(fit.rig.cameras)
+        stds = _lens_stds(problem, fit)
+        for c, camera in enumerate(lenses):
+            without_k3 = group != ("k2",) or not free[c, LENS_NAMES.index("k3")]
+            values = np.array([camera.distortion[k - 4] for k in columns])
+            if free[c, columns].all() and without_k3 and (np.abs(values) < stds[c, columns]).all():
+                free[c, columns] = False
+                distortion = camera.distortion.copy()
+                distortion[[k - 4 for k in columns]] = 0.0
+                lenses[c] = replace(camera, distortion=distortion)
+        if (free != problem.free_lens).any():
+            problem = replace(problem, free_lens=free)
+            rig = CameraRig(fit.rig.names, tuple(lenses), fit.rig.Ts_camera_head)
+            fit = refine_rig(problem, rig, fit.Ts_head_target)
+    return problem, fit
+
+
+def _lens_stds(problem: RigProblem, fit: RigFit) -> Floats:
+    """``(C, 9)`` standard deviations of the intrinsics; 0 where they are not free."""
+    stds = np.zeros(problem.free_lens.shape)
+    stds[problem.free_lens] = np.sqrt(np.diag(fit.covariance))[: np.count_nonzero(problem.free_lens)]
+    return stds
+
+
+def _refuse_uncertain_focal(fit: RigFit, problem: RigProblem) -> None:
+    for name, camera, std in zip(fit.rig.names, fit.rig.cameras, _lens_stds(problem, fit), strict=True):
+        if (std[:2] > LARGEST_FOCAL_SHARE * camera.focal_px).any():
+            raise CalibrationError(
+                f"{unseen_lens(f' of camera {name!r}')} (focal length {camera.focal_px[0]:.0f} ± {std[0]:.0f} pixel)"
+            )
+
+
+def _result(
+    start: _Start, problem: RigProblem, fit: RigFit, calibrated: npt.NDArray[np.bool_]
+) -> RigCalibration:
+    stds = _lens_stds(problem, fit)
+    evidence = []
+    for c in range(len(calibrated)):
+        rows = problem.cameras == c
+        rms = float(np.sqrt(np.mean(fit.residuals_px[rows] ** 2))) if rows.any() else 0.0
+        evidence.append(
+            CameraEvidence(bool(calibrated[c]), len(np.unique(problem.slots[rows])), rms, stds[c])
+        )
+    seen = np.zeros((len(fit.Ts_head_target), len(calibrated)), dtype=bool)
+    seen[problem.slots, problem.cameras] = True
+    shared = (seen.sum(axis=1) > 1)[problem.slots]
+    names = [
+        f"{fit.rig.names[c]}.{LENS_NAMES[k]}" for c, k in zip(*np.nonzero(problem.free_lens), strict=True)
+    ]
+    motion = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+    names += [f"{fit.rig.names[c]}.{m}" for c in np.flatnonzero(problem.free_pose) for m in motion]
+    return RigCalibration(
+        rig=fit.rig,
+        cameras=tuple(evidence),
+        stereo_rms_px=float(np.sqrt(np.mean(fit.residuals_px[shared] ** 2))) if shared.any() else 0.0,
+        noise_px=fit.noise_px,
+        detections=start.detections,
+        rejections=tuple(start.rejections),
+        names=tuple(names),
+        covariance=fit.covariance,
+    )

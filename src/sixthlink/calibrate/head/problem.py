@@ -1,0 +1,96 @@
+"""What does a head solver see, and nothing else?
+
+    T_base_target = T_base_flange(q_i) · X · T_head_target_i          (eq. 10, with the flange in place of link 5)
+
+is the same matrix for every shot of one placement. For a fixed head that watches a target on the flange, the same
+product reads T_flange_target = T_flange_base(q_i) · T_base_head · T_head_target_i, so that only ``Ts_outer`` changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sixthlink.errors import TooFewShotsError
+from sixthlink.geometry import Floats, Ints, frozen_floats, frozen_ints, inverse, mean_transform, rotation_angle
+from sixthlink.recording import EYE_IN_HAND
+
+__all__ = ["MINIMUM_SHOTS", "HeadProblem", "Scatter", "head_problem", "placement_poses", "scatter"]
+
+MINIMUM_SHOTS = 3
+"""Shots that one placement needs for a head: two motions about different axes."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeadProblem:
+    """N shots of eq. (10).
+
+    Attributes:
+        Ts_outer: ``(N, 4, 4)`` T_base_flange (eye-in-hand) or T_flange_base (eye-to-hand).
+        Ts_inner: ``(N, 4, 4)`` T_head_target.
+        placements: ``(N,)`` number of the target's placement, 0 to P - 1.
+    """
+
+    Ts_outer: Floats
+    Ts_inner: Floats
+    placements: Ints
+
+    def __post_init__(self) -> None:
+        N = len(self.placements)
+        object.__setattr__(self, "Ts_outer", frozen_floats(self.Ts_outer, (N, 4, 4), "Ts_outer"))
+        object.__setattr__(self, "Ts_inner", frozen_floats(self.Ts_inner, (N, 4, 4), "Ts_inner"))
+        object.__setattr__(self, "placements", frozen_ints(self.placements, (N,), "placements"))
+        counts = np.bincount(self.placements) if N else np.zeros(1, dtype=np.int64)
+        usable = int(counts.max())
+        if usable < MINIMUM_SHOTS:
+            raise TooFewShotsError(
+                f"the head needs at least {MINIMUM_SHOTS} usable shots of one target placement, the best placement "
+                f"has {usable}; record more shots (15 or more are recommended) or see why shots were rejected",
+                needed=MINIMUM_SHOTS,
+                usable=usable,
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """How far each shot's target pose is from the mean of its placement.
+
+    Attributes:
+        translations_m: ``(N,)`` distance to the placement's mean position [m].
+        rotations_rad: ``(N,)`` angle to the placement's mean orientation [rad].
+    """
+
+    translations_m: Floats
+    rotations_rad: Floats
+
+    @property
+    def rms_translation_m(self) -> float:
+        """Root mean square of the distances [m]."""
+        return float(np.sqrt(np.mean(self.translations_m**2)))
+
+    @property
+    def rms_rotation_rad(self) -> float:
+        """Root mean square of the angles [rad]."""
+        return float(np.sqrt(np.mean(self.rotations_rad**2)))
+
+
+def head_problem(mount: str, Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints) -> HeadProblem:
+    """The problem of one recording, for either mount."""
+    outer = Ts_base_flange if mount == EYE_IN_HAND else inverse(Ts_base_flange)
+    return HeadProblem(outer, Ts_head_target, placements)
+
+
+def placement_poses(problem: HeadProblem, X: Floats) -> Floats:
+    """Mean target pose ``(P, 4, 4)`` of each placement under a head ``X`` ``(4, 4)``."""
+    Ts_target = problem.Ts_outer @ X @ problem.Ts_inner
+    return np.stack(
+        [mean_transform(Ts_target[problem.placements == p]) for p in range(int(problem.placements.max()) + 1)]
+    )
+
+
+def scatter(problem: HeadProblem, X: Floats) -> Scatter:
+    """Scatter of the target poses under a head ``X`` ``(4, 4)``: the residual of eq. (10), shot by shot."""
+    means = placement_poses(problem, X)[problem.placements]
+    deviations = inverse(means) @ problem.Ts_outer @ X @ problem.Ts_inner
+    return Scatter(np.linalg.norm(deviations[:, :3, 3], axis=1), rotation_angle(deviations[:, :3, :3]))

@@ -1,0 +1,239 @@
+"""From which lenses and camera poses does the refinement of a head start, and which shots contradict the others?
+
+Lenses start from OpenCV's planar calibration (Zhang 2000), one camera at a time. Camera poses start from what the
+majority of shots agrees on; a symmetric board that two cameras read from opposite ends is put right on the way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sixthlink.calibrate.half_turns import half_turn_transform
+from sixthlink.calibrate.rig_refinement import unseen_lens
+from sixthlink.calibrate.target_poses import MINIMUM_POINTS, locate_targets
+from sixthlink.camera import Camera, CameraRig
+from sixthlink.errors import CalibrationError, TooFewShotsError
+from sixthlink.geometry import Floats, Ints, inverse, mean_transform, rotation_angle
+from sixthlink.recording import CameraDescription, Detections, Rejection, selected
+
+__all__ = ["FEWEST_VIEWS", "LensStart", "PoseStart", "start_lens", "start_pose", "view_poses", "views_beyond"]
+
+FEWEST_VIEWS = 3
+"""Shots that a lens, or the pose of a camera beside the reference, needs at least."""
+
+OUTLIER_FACTOR, OUTLIER_FLOOR_PX = 4.0, 0.1
+"""A view is refused when its RMS exceeds both this multiple of the median and this many pixels."""
+
+AGREEMENT_RAD, AGREEMENT_SHARE = np.deg2rad(3.0), 0.05
+"""Two shots agree on the pose between cameras within this angle and this share of the target's distance."""
+
+
+@dataclass(frozen=True, eq=False)
+class LensStart:
+    """First intrinsics of one camera, and the shots that it refused on the way."""
+
+    camera: Camera
+    refused: dict[int, str]
+
+
+@dataclass(frozen=True, eq=False)
+class PoseStart:
+    """First pose of one camera beside the reference.
+
+    Attributes:
+        T_camera_head: ``(4, 4)`` pose of the head frame in the camera.
+        turned: Shots in which the camera read a symmetric target from the other end than the reference.
+        refused: Reason per shot in which the two cameras contradict the majority.
+    """
+
+    T_camera_head: Floats
+    turned: tuple[int, ...]
+    refused: dict[int, str]
+
+
+def views_beyond(rms_px: Floats) -> list[int]:
+    """Positions of the views whose RMS is way beyond that of the others."""
+    limit = max(OUTLIER_FACTOR * float(np.median(rms_px)), OUTLIER_FLOOR_PX)
+    return [int(k) for k in np.flatnonzero(rms_px > limit)]
+
+
+def start_lens(description: CameraDescription, points_m: Floats, seen: Detections) -> LensStart:
+    """First intrinsics of one camera from its own views alone.
+
+    Args:
+        description: What is known of the camera.
+        points_m: ``(P, 3)`` points of the target, all at z = 0 [m].
+        seen: What this camera saw.
+
+    Raises:
+        TooFewShotsError: Fewer than three views with six points.
+        CalibrationError: The views do not determine a lens.
+    """
+    shots = [int(s) for s in np.unique(seen.shots) if np.count_nonzero(seen.shots == s) >= MINIMUM_POINTS]
+    refused: dict[int, str] = {}
+    while True:
+        if len(shots) < FEWEST_VIEWS:
+            raise TooFewShotsError(
+                f"camera {description.name!r}: {len(shots)} usable views, expected at least {FEWEST_VIEWS} with "
+                f"{MINIMUM_POINTS} points each; record more shots of the tilted target, or give the intrinsics",
+                needed=FEWEST_VIEWS,
+                usable=len(shots),
+            )
+        camera, rms_px = _calibrated(description, points_m, seen, shots)
+        beyond = views_beyond(rms_px)
+        if not beyond:
+            return LensStart(camera, refused)
+        median = float(np.median(rms_px))
+        for k in beyond:
+            refused[shots[k]] = beyond_reason(float(rms_px[k]), median)
+        shots = [s for s in shots if s not in refused]
+
+
+def beyond_reason(rms_px: float, median_px: float) -> str:
+    """Why a view with such an RMS was refused."""
+    return (
+        f"its RMS of {rms_px:.2f} pixel is way beyond the median of {median_px:.2f}; blurred, or has the target "
+        "moved or bent?"
+    )
+
+
+def _calibrated(
+    description: CameraDescription, points_m: Floats, seen: Detections, shots: list[int]
+) -> tuple[Camera, Floats]:
+    """OpenCV's answer with k1, k2, p1, p2 and the RMS of each view per coordinate [pixel]."""
+    import cv2
+
+    rows = [seen.shots == shot for shot in shots]
+    objects = [points_m[seen.points[r]].astype(np.float32) for r in rows]
+    images = [seen.pixels[r].astype(np.float32) for r in rows]
+    size = (description.width_px, description.height_px)
+    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-10)
+    flags = cv2.CALIB_FIX_K3 | (cv2.CALIB_ZERO_TANGENT_DIST if len(shots) < 6 else 0)
+    K0, k0 = np.eye(3), np.zeros(5)
+    try:
+        _, K, k, _, _, _, _, per_view = cv2.calibrateCameraExtended(
+            objects, images, size, K0, k0, flags=flags, criteria=criteria
+        )
+        lens = np.asarray(K, dtype=np.float64)
+        terms = np.asarray(k, dtype=np.float64).ravel()[:5]
+        camera = Camera(*size, np.diag(lens)[:2], lens[:2, 2], terms)
+    except (cv2.error, ValueError) as failure:
+        raise CalibrationError(unseen_lens(f" of camera {description.name!r}")) from failure
+    return camera, np.asarray(per_view, dtype=np.float64).ravel() / np.sqrt(2.0)
+
+
+def view_poses(name: str, camera: Camera, points_m: Floats, seen: Detections) -> dict[int, Floats]:
+    """``T_camera_target`` of every shot that one camera can locate by itself."""
+    alone = CameraRig((name,), (camera,), np.eye(4)[None])
+    first = Detections(seen.shots, np.zeros(len(seen), dtype=np.int64), seen.points, seen.pixels, seen.sigmas_px)
+    ids = tuple(str(s) for s in range(int(seen.shots.max(initial=-1)) + 1))
+    located = locate_targets(alone, points_m, first, ids)
+    return {int(s): T for s, T in zip(located.shots, located.Ts_head_target, strict=True)}
+
+
+def start_pose(
+    names: tuple[str, str],
+    Ts_reference_target: dict[int, Floats],
+    Ts_camera_target: dict[int, Floats],
+    points_m: Floats,
+    half_turn: Ints | None,
+    given: Floats | None,
+) -> PoseStart:
+    """Pose between two cameras that the majority of shots agrees on, or the given one, and who contradicts it.
+
+    Args:
+        names: Names of the reference and of the camera.
+        Ts_reference_target: ``T_reference_target`` per shot.
+        Ts_camera_target: ``T_camera_target`` per shot.
+        points_m: ``(P, 3)`` points of the target [m].
+        half_turn: Names of the points after half a turn, for a symmetric target.
+        given: ``T_camera_head`` that the recording gives, or None.
+
+    Raises:
+        TooFewShotsError: Fewer than three shots show the target to both cameras.
+        CalibrationError: The shots contradict the given pose, or one another.
+    """
+    shots = sorted(Ts_reference_target.keys() & Ts_camera_target.keys())
+    if given is not None and not shots:
+        return PoseStart(given, (), {})
+    if given is None and len(shots) < FEWEST_VIEWS:
+        raise TooFewShotsError(
+            f"cameras {names[0]!r} and {names[1]!r} see the target together in {len(shots)} shots, expected at least "
+            f"{FEWEST_VIEWS}; record shots that both see, or give the pose between them",
+            needed=FEWEST_VIEWS,
+            usable=len(shots),
+        )
+    turns = [np.eye(4)] if half_turn is None else [np.eye(4), half_turn_transform(points_m, half_turn)]
+    reference = np.stack([Ts_reference_target[s] for s in shots])
+    camera = np.stack([Ts_camera_target[s] for s in shots])
+    candidates = np.stack([camera @ turn @ inverse(reference) for turn in turns], axis=1)  # (S, K, 4, 4)
+    reach_m = AGREEMENT_SHARE * reference[:, 2, 3]
+    votes = candidates[:, 0] if given is None else given[None]
+    agreeing = [_agreement(candidates, vote, reach_m) for vote in votes]
+    best = int(np.argmax([np.count_nonzero(a >= 0) for a in agreeing]))
+    choice = agreeing[best]
+    good = np.flatnonzero(choice >= 0)
+    exchanged = _agreement(inverse(candidates), votes[best], 2.0 * reach_m) >= 0
+    _refuse_contradiction(names, given, len(good), int(np.count_nonzero(exchanged)), len(shots))
+    refused = {
+        shots[k]: _contradiction(names, candidates[k, 0], votes[best], bool(exchanged[k]))
+        for k in np.flatnonzero(choice < 0)
+    }
+    turned = tuple(shots[k] for k in good if choice[k] == 1)
+    T = given if given is not None else mean_transform(candidates[good, choice[good]])
+    return PoseStart(T, turned, refused)
+
+
+def _agreement(candidates: Floats, T: Floats, reach_m: Floats) -> Ints:
+    """Which of the ``(S, K, 4, 4)`` candidates of each shot agrees with T: its number ``(S,)``, -1 for none."""
+    angle = rotation_angle(np.swapaxes(candidates[..., :3, :3], -1, -2) @ T[:3, :3])
+    shift = np.linalg.norm(candidates[..., :3, 3] - T[:3, 3], axis=-1)
+    miss = np.maximum(angle / AGREEMENT_RAD, shift / reach_m[:, None])
+    nearest = np.argmin(miss, axis=1)
+    return np.where(miss[np.arange(len(miss)), nearest] <= 1.0, nearest, -1).astype(np.int64)
+
+
+def _refuse_contradiction(
+    names: tuple[str, str], given: Floats | None, agreeing: int, exchanged: int, total: int
+) -> None:
+    if given is not None and exchanged > agreeing:
+        raise CalibrationError(
+            f"the images of {names[0]!r} and {names[1]!r} look exchanged in {exchanged} of {total} shots: the given pose "
+            "between the cameras fits the other way round; exchange their image columns"
+        )
+    if given is not None and not agreeing:
+        raise CalibrationError(
+            f"the given pose of camera {names[1]!r} fits none of {total} shots that it sees together with "
+            f"{names[0]!r}; correct it, or leave it out to have it calibrated"
+        )
+    if given is None and agreeing < FEWEST_VIEWS:
+        raise CalibrationError(
+            f"no {FEWEST_VIEWS} of {total} shots agree on the pose between cameras {names[0]!r} and {names[1]!r}; are "
+            "the two images of each shot from the same moment, and the cameras fixed to one another?"
+        )
+
+
+def _contradiction(names: tuple[str, str], T: Floats, expected: Floats, exchanged: bool) -> str:
+    if exchanged:
+        return f"the images of {names[0]!r} and {names[1]!r} look exchanged in this shot"
+    angle = float(np.rad2deg(rotation_angle(T[:3, :3].T @ expected[:3, :3])))
+    shift = float(np.linalg.norm(T[:3, 3] - expected[:3, 3]))
+    return (
+        f"the target's poses in {names[0]!r} and {names[1]!r} contradict the other shots by {angle:.1f}° and "
+        f"{1e3 * shift:.0f} mm; are both images from the same moment?"
+    )
+
+
+def without(detections: Detections, shots: set[int], camera: int | None = None) -> Detections:
+    """The rows that are not in the named shots, of one camera or of all."""
+    gone = np.isin(detections.shots, sorted(shots))
+    if camera is not None:
+        gone &= detections.cameras == camera
+    return selected(detections, ~gone)
+
+
+def rejections_of(refused: dict[int, str], ids: tuple[str, ...], camera: str) -> list[Rejection]:
+    """Rejections of the shots that were refused."""
+    return [Rejection(ids[s], camera, reason) for s, reason in sorted(refused.items())]

@@ -1,0 +1,115 @@
+"""What does a result say in a terminal, and as JSON?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from sixthlink.calibrate import Calibration, head_link_of, paper_numbers_of
+from sixthlink.geometry import Floats
+from sixthlink.measure import LengthCheck, LengthStatistics, statistics
+from sixthlink.units import DEG, MM
+
+__all__ = ["calibration_summary", "check_as_dict", "check_summary"]
+
+
+def calibration_summary(calibration: Calibration, files: Mapping[str, str]) -> str:
+    """A calibration in a dozen lines."""
+    scatter = calibration.scatter
+    frame = "T_flange_camera" if calibration.T_link5_head is not None else "T_base_camera"
+    lines = [
+        f"{calibration.recording}: head calibrated from {len(calibration.shots)} shots, "
+        f"{len(calibration.placements)} placements, {len(calibration.rejections)} rejections",
+        f"target scatter   {scatter.rms_translation_m / MM:.4f} mm RMS, {scatter.rms_rotation_rad / DEG:.4f}° RMS",
+        f"{frame} [m]",
+        *("   " + "  ".join(f"{v: .9f}" for v in row) for row in calibration.X),
+        *_head_lines(calibration),
+        *(f"rejected  {r.shot} {r.camera}: {r.reason}" for r in calibration.rejections),
+        *(f"{'passed ' if g.passed else 'REFUSED'}  {g.name}: {g.message}" for g in calibration.gates),
+        *(f"wrote {path}" for path in files.values()),
+    ]
+    return "\n".join(lines)
+
+
+def check_summary(check: LengthCheck, files: Mapping[str, str]) -> str:
+    """Table II: one row per placement, then the statistics, each named for what it is."""
+    certified = check.standard.length_m
+    after = check.after_m
+    before = check.before_m
+    lines = [
+        f"length standard {certified / MM:.4f} mm, {len(after)} placements, lengths and errors in mm",
+        f"{'placement':<12}{'before':>12}{'error':>10}{'after':>13}{'error':>10}",
+    ]
+    for k, name in enumerate(check.placements):
+        lines.append(f"{name:<12}{_pair(before, k, certified)}{_pair(after, k, certified)}")
+    rows = _statistics(check)
+    for label, field in _FIELDS.items():
+        left = f"{getattr(rows['before'], field) / MM:>22.4f}" if rows["before"] else f"{'-':>22}"
+        lines.append(f"{label:<12}{left}{getattr(rows['after'], field) / MM:>23.4f}")
+    if before is None:
+        lines.append("before: the recording names no nominal head (head.nominal), so there is nothing to compare with")
+    lines += [f"rejected  {r.shot} {r.camera}: {r.reason}" for r in check.rejections]
+    lines += [f"wrote {files['report']}"]
+    return "\n".join(lines)
+
+
+def check_as_dict(check: LengthCheck) -> dict[str, Any]:
+    """The JSON object of a length check; lengths in metres."""
+    certified = check.standard.length_m
+    rows = _statistics(check)
+    return {
+        "standard": {"length_m": certified, "uncertainty_m": check.standard.uncertainty_m},
+        "before": asdict(rows["before"]) if rows["before"] else None,
+        "after": asdict(rows["after"]) if rows["after"] else None,
+        "placements": [
+            {
+                "name": name,
+                "before_m": None if check.before_m is None else float(check.before_m[k]),
+                "before_error_m": None if check.before_m is None else float(check.before_m[k]) - certified,
+                "after_m": float(check.after_m[k]),
+                "after_error_m": float(check.after_m[k]) - certified,
+            }
+            for k, name in enumerate(check.placements)
+        ],
+        "rejected": [asdict(r) for r in check.rejections],
+    }
+
+
+_FIELDS = {
+    "mean": "mean_m",
+    "mean abs": "mean_abs_m",
+    "RMS": "rms_m",
+    "std (n-1)": "std_m",
+    "max abs": "max_abs_m",
+}
+
+
+def _statistics(check: LengthCheck) -> dict[str, LengthStatistics | None]:
+    certified = check.standard.length_m
+    return {
+        "before": None if check.before_m is None else statistics(check.before_m, certified),
+        "after": statistics(check.after_m, certified),
+    }
+
+
+def _pair(lengths: Floats | None, k: int, certified: float) -> str:
+    if lengths is None:
+        return f"{'-':>13}{'-':>10}"
+    return f"{lengths[k] / MM:>13.4f}{(lengths[k] - certified) / MM:>10.4f}"
+
+
+def _head_lines(calibration: Calibration) -> list[str]:
+    numbers, link = paper_numbers_of(calibration), head_link_of(calibration)
+    if numbers is None or link is None:
+        return ["a fixed head is no link of the arm: it has no six numbers and no DH form"]
+    behind = "link 5" if calibration.arm is not None else "the flange (the recording has no kinematics)"
+    lines = [
+        f"the paper's six numbers, against {behind}",
+        f"   α {numbers.alpha_rad:.6f}  β {numbers.beta_rad:.6f}  γ {numbers.gamma_rad:.6f} rad   "
+        f"x {numbers.x_m / MM:.4f}  y {numbers.y_m / MM:.4f}  z {numbers.z_m / MM:.4f} mm",
+        "DH sixth link",
+        f"   θ6 {link.theta6_rad:.6f} rad  d6 {link.d6_m / MM:.4f} mm  a6 {link.a6_m / MM:.4f} mm  "
+        f"α6 {link.alpha6_rad:.6f} rad  φ+γ {link.phi_gamma_rad:.6f} rad  L {link.L_m / MM:.4f} mm",
+    ]
+    return lines + [f"   {remark}" for remark in (numbers.remark, link.remark) if remark]

@@ -1,0 +1,68 @@
+"""The only rooms that open a user's file, each entered on first use: nobody loads pydantic idly."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sixthlink.files.arm_file import load_arm, maker_names, read_arm, write_arm
+    from sixthlink.files.atomic import atomic_write_bytes, atomic_write_text
+    from sixthlink.files.detections_file import read_detections, write_detections
+    from sixthlink.files.images import image_reader, read_grey_image
+    from sixthlink.files.recording_folder import read_recording
+    from sixthlink.files.recording_robot import file_sha256
+    from sixthlink.files.recording_writer import write_recording
+    from sixthlink.files.result_file import (
+        RESULT_SCHEMA,
+        read_result,
+        result_as_dict,
+        result_from_dict,
+        write_result,
+    )
+    from sixthlink.files.skeleton import write_skeleton
+    from sixthlink.files.truth_file import write_truth
+    from sixthlink.files.urdf import arm_from_urdf
+
+_ROOMS = {
+    "arm_file": ("load_arm", "maker_names", "read_arm", "write_arm"),
+    "atomic": ("atomic_write_bytes", "atomic_write_text"),
+    "detections_file": ("read_detections", "write_detections"),
+    "images": ("image_reader", "read_grey_image"),
+    "recording_folder": ("read_recording",),
+    "recording_robot": ("file_sha256",),
+    "recording_writer": ("write_recording",),
+    "result_file": ("RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"),
+    "skeleton": ("write_skeleton",),
+    "truth_file": ("write_truth",),
+    "urdf": ("arm_from_urdf",),
+}
+_HOMES = {name: room for room, names in _ROOMS.items() for name in names}
+
+__all__ = [
+    "RESULT_SCHEMA",
+    "arm_from_urdf",
+    "atomic_write_bytes",
+    "atomic_write_text",
+    "file_sha256",
+    "image_reader",
+    "load_arm",
+    "maker_names",
+    "read_arm",
+    "read_detections",
+    "read_grey_image",
+    "read_recording",
+    "read_result",
+    "result_as_dict",
+    "result_from_dict",
+    "write_arm",
+    "write_detections",
+    "write_recording",
+    "write_result",
+    "write_skeleton",
+    "write_truth",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -1,0 +1,240 @@
+"""How is a calibration kept, so that it reads back bit for bit?
+
+``result.json``: one JSON object in metres, radians and pixels. Numbers are written with all their digits. The same
+object, with the list of written files added, is what ``sixthlink calibrate --json`` prints.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sixthlink.calibrate import (
+    Calibration,
+    CameraEvidence,
+    Gate,
+    SearchBox,
+    SearchReport,
+    ShotEvidence,
+    head_link_of,
+    paper_numbers_of,
+)
+from sixthlink.camera import Camera, CameraRig
+from sixthlink.errors import Finding, InputError
+from sixthlink.files.atomic import atomic_write_text
+from sixthlink.recording import EYE_IN_HAND, Rejection
+from sixthlink.robot import Arm
+from sixthlink.solvers import SwarmBudget
+
+__all__ = ["RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"]
+
+RESULT_SCHEMA = "sixthlink-result/1"
+MAXIMUM_BYTES = 64 * 1024 * 1024
+
+
+def write_result(path: Path, calibration: Calibration) -> None:
+    """Write a calibration; an older file stays whole until the new one is complete."""
+    text = json.dumps(result_as_dict(calibration), indent=1, ensure_ascii=False, allow_nan=False)
+    atomic_write_text(path, text + "\n")
+
+
+def read_result(path: Path) -> Calibration:
+    """Read a calibration back.
+
+    Raises:
+        InputError: The file is missing, too large, not JSON, of another schema or incomplete.
+    """
+    if not path.is_file():
+        raise _fault(path, "", "no such file", "a result.json written by sixthlink calibrate", "run it first")
+    if path.stat().st_size > MAXIMUM_BYTES:
+        raise _fault(path, "", f"larger than {MAXIMUM_BYTES} bytes", "a result.json", "check the path")
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, UnicodeDecodeError, RecursionError) as problem:
+        raise _fault(path, "", f"not JSON ({problem})", "a result.json", "run sixthlink calibrate again") from None
+    if not isinstance(data, dict) or data.get("schema") != RESULT_SCHEMA:
+        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
+        raise _fault(
+            path, "schema", f"is {found!r}", repr(RESULT_SCHEMA), "read it with the release that wrote it"
+        )
+    try:
+        return result_from_dict(data)
+    except (KeyError, TypeError, ValueError) as problem:
+        cure = "the file was edited or cut; run sixthlink calibrate again"
+        raise _fault(path, str(problem), "missing or of the wrong shape", "a complete result", cure) from None
+
+
+def result_as_dict(calibration: Calibration) -> dict[str, Any]:
+    """The JSON object of a calibration: metres, radians, pixels; matrices row by row."""
+    c = calibration
+    in_hand = c.mount == EYE_IN_HAND
+    scatter = c.scatter
+    return {
+        "schema": RESULT_SCHEMA,
+        "recording": c.recording,
+        "mount": c.mount,
+        "solver": c.solver,
+        "accepted": c.accepted,
+        "head": {
+            "camera": c.rig.reference if c.rig else None,
+            "T_flange_camera": c.X.tolist() if in_hand else None,
+            "T_base_camera": None if in_hand else c.X.tolist(),
+            "T_link5_camera": _or_none(c.T_link5_head, lambda T: T.tolist()),
+            "paper": _or_none(paper_numbers_of(c), asdict),
+            "dh": _or_none(head_link_of(c), asdict),
+        },
+        "objective": {
+            "value": c.value_m2,
+            "unit": "m²",
+            "rotation_length_m": c.rotation_length_m,
+            "pairs": c.pairs,
+        },
+        "search": _search_as_dict(c.search),
+        "residuals": {
+            "rms_translation_m": scatter.rms_translation_m,
+            "rms_rotation_rad": scatter.rms_rotation_rad,
+            "max_translation_m": float(scatter.translations_m.max()),
+            "max_rotation_rad": float(scatter.rotations_rad.max()),
+        },
+        "placements": [
+            {"name": name, "T_base_target" if in_hand else "T_flange_target": T.tolist()}
+            for name, T in zip(c.placements, c.Ts_base_target, strict=True)
+        ],
+        "shots": [asdict(s) for s in c.shots],
+        "rejected": [asdict(r) for r in c.rejections],
+        "cameras": _cameras_as_list(c),
+        "stereo_rms_px": c.stereo_rms_px,
+        "arm": _or_none(c.arm, _arm_as_dict),
+        "gates": [asdict(g) for g in c.gates],
+        "inputs": dict(c.inputs),
+        "versions": dict(c.versions),
+    }
+
+
+def result_from_dict(data: Mapping[str, Any]) -> Calibration:
+    """A calibration from its JSON object: the inverse of :func:`result_as_dict`.
+
+    Raises:
+        KeyError, TypeError, ValueError: Something is missing or of the wrong shape.
+    """
+    in_hand = data["mount"] == EYE_IN_HAND
+    return Calibration(
+        recording=data["recording"],
+        mount=data["mount"],
+        solver=data["solver"],
+        X=data["head"]["T_flange_camera" if in_hand else "T_base_camera"],
+        arm=_or_none(data["arm"], _arm_from_dict),
+        rig=_rig_from_list(data["cameras"]),
+        cameras=tuple(CameraEvidence(**entry["evidence"]) for entry in data["cameras"]),
+        stereo_rms_px=data["stereo_rms_px"],
+        placements=tuple(p["name"] for p in data["placements"]),
+        Ts_base_target=np.array(
+            [p["T_base_target" if in_hand else "T_flange_target"] for p in data["placements"]]
+        ),
+        value_m2=data["objective"]["value"],
+        rotation_length_m=data["objective"]["rotation_length_m"],
+        pairs=data["objective"]["pairs"],
+        search=_search_from_dict(data["search"]),
+        shots=tuple(ShotEvidence(**s) for s in data["shots"]),
+        rejections=tuple(Rejection(**r) for r in data["rejected"]),
+        gates=tuple(Gate(**g) for g in data["gates"]),
+        inputs=dict(data["inputs"]),
+        versions=dict(data["versions"]),
+    )
+
+
+def _search_as_dict(search: SearchReport) -> dict[str, Any]:
+    return {
+        "variant": search.variant,
+        "seed": search.seed,
+        "swarms": search.budget.swarms,
+        "particles": search.budget.particles,
+        "iterations": search.budget.iterations,
+        "box_half_width_m": search.box.half_width_m,
+        "best_unpolished": search.best_unpolished_m2,
+        "value": search.value_m2,
+        "agreeing": search.agreeing,
+    }
+
+
+def _search_from_dict(data: Mapping[str, Any]) -> SearchReport:
+    return SearchReport(
+        variant=data["variant"],
+        seed=data["seed"],
+        budget=SwarmBudget(data["swarms"], data["particles"], data["iterations"]),
+        box=SearchBox(data["box_half_width_m"]),
+        best_unpolished_m2=data["best_unpolished"],
+        value_m2=data["value"],
+        agreeing=data["agreeing"],
+    )
+
+
+def _cameras_as_list(calibration: Calibration) -> list[dict[str, Any]]:
+    rig = calibration.rig
+    if rig is None:
+        return []
+    return [
+        {
+            "name": name,
+            "image_size_px": [camera.width_px, camera.height_px],
+            "focal_px": camera.focal_px.tolist(),
+            "centre_px": camera.centre_px.tolist(),
+            "distortion": camera.distortion.tolist(),
+            "T_camera_head": T.tolist(),
+            "evidence": {
+                "calibrated": e.calibrated,
+                "images": e.images,
+                "rms_px": e.rms_px,
+                "std": e.std.tolist(),
+            },
+        }
+        for name, camera, T, e in zip(rig.names, rig.cameras, rig.Ts_camera_head, calibration.cameras, strict=True)
+    ]
+
+
+def _rig_from_list(entries: list[Mapping[str, Any]]) -> CameraRig | None:
+    if not entries:
+        return None
+    cameras = tuple(
+        Camera(*entry["image_size_px"], entry["focal_px"], entry["centre_px"], entry["distortion"])
+        for entry in entries
+    )
+    return CameraRig(
+        tuple(entry["name"] for entry in entries),
+        cameras,
+        np.array([entry["T_camera_head"] for entry in entries]),
+    )
+
+
+def _arm_as_dict(arm: Arm) -> dict[str, Any]:
+    return {
+        "name": arm.name,
+        "source": arm.source,
+        "dialect": arm.dialect,
+        "kinds": list(arm.kinds),
+        "parameters": list(arm.parameters),
+        "values": arm.values.tolist(),
+        "joint_map": arm.joint_map.tolist(),
+        "joints": list(arm.joints),
+        "limits": arm.limits.tolist(),
+        "length_tolerance_m": arm.length_tolerance_m,
+        "angle_tolerance_rad": arm.angle_tolerance_rad,
+        "joint_repeatability_rad": arm.joint_repeatability_rad,
+    }
+
+
+def _arm_from_dict(data: Mapping[str, Any]) -> Arm:
+    return Arm(**{k: tuple(v) if k in {"kinds", "parameters", "joints"} else v for k, v in data.items()})
+
+
+def _or_none(value: Any, convert: Callable[[Any], Any]) -> Any:
+    return None if value is None else convert(value)
+
+
+def _fault(path: Path, field: str, what: str, expected: str, cure: str) -> InputError:
+    return InputError([Finding(str(path), field or "file", what, expected, cure)])

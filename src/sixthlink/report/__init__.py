@@ -1,0 +1,5 @@
+"""A calibration as one self-contained HTML page. Opens no user's file: everything comes in as arguments."""
+
+from sixthlink.report.page import report_page
+
+__all__ = ["report_page"]

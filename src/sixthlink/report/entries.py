@@ -1,0 +1,142 @@
+"""Which single values does the page name, and what does each of them mean?
+
+The head in its spellings, the cameras among themselves, and what the search did. Every value is text with its
+unit; the template only decides where it stands.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sixthlink.calibrate import Calibration, head_link_of, paper_numbers_of
+from sixthlink.geometry import Floats, motion_between
+from sixthlink.report.quantities import degrees, fixed, millimetres, pixels, significant
+from sixthlink.units import MM
+
+__all__ = [
+    "Entry",
+    "camera_pair_entries",
+    "fixed_head_entries",
+    "head_link_entries",
+    "head_shift",
+    "matrix_text",
+    "paper_entries",
+    "search_entries",
+]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One named value: symbol, value with unit, what it means, and the same value otherwise written."""
+
+    symbol: str
+    value: str
+    meaning: str = ""
+    aside: str = ""
+
+
+def paper_entries(calibration: Calibration) -> tuple[tuple[Entry, ...], str]:
+    """The paper's six numbers and their remark; empty for a fixed head."""
+    numbers = paper_numbers_of(calibration)
+    if numbers is None:
+        return (), ""
+    return (
+        _angle("α", numbers.alpha_rad, "−α about X"),
+        _angle("β", numbers.beta_rad, "β about the new Y"),
+        _angle("γ", numbers.gamma_rad, "γ about the new Z"),
+        Entry("x", millimetres(numbers.x_m), "camera origin at −x"),
+        Entry("y", millimetres(numbers.y_m), "camera origin at −y"),
+        Entry("z", millimetres(numbers.z_m), "camera origin at +z"),
+    ), numbers.remark
+
+
+def head_link_entries(calibration: Calibration) -> tuple[tuple[Entry, ...], str]:
+    """The head as sixth DH link and its remark; empty for a fixed head."""
+    link = head_link_of(calibration)
+    if link is None:
+        return (), ""
+    return (
+        _angle("θ6", link.theta6_rad, "about Z5"),
+        Entry("d6", millimetres(link.d6_m), "along Z5"),
+        Entry("a6", millimetres(link.a6_m), "along X6, signed"),
+        _angle("α6", link.alpha6_rad, "about X6"),
+        _angle("φ+γ", link.phi_gamma_rad, "about Z6"),
+        Entry("L", millimetres(link.L_m), "camera origin at −L along Z6"),
+    ), link.remark
+
+
+def fixed_head_entries(calibration: Calibration) -> tuple[Entry, ...]:
+    """Where a fixed head stands in the base frame and which way it looks."""
+    x, y, z = calibration.X[:3, 3]
+    look = ", ".join(fixed(float(v), 6) for v in calibration.X[:3, 2])
+    tilt = math.acos(float(np.clip(-calibration.X[2, 2], -1.0, 1.0)))
+    return (
+        Entry("x", millimetres(float(x)), "camera origin along base X"),
+        Entry("y", millimetres(float(y)), "camera origin along base Y"),
+        Entry("z", millimetres(float(z)), "camera origin along base Z"),
+        Entry("view", f"({look})", "unit vector of the camera's z axis in the base frame"),
+        _angle("tilt", tilt, "between the view and straight down, base −Z"),
+    )
+
+
+def matrix_text(T: Floats) -> str:
+    """A transform as four lines that a program can read: rotation [-], translation in millimetres."""
+    rows = T.copy()
+    rows[:3, 3] /= MM
+    rows = np.round(rows, 10) + 0.0  # no negative zero
+    return "\n".join("  ".join([*(f"{v:13.10f}" for v in row[:3]), f"{row[3]:14.6f}"]) for row in rows)
+
+
+def head_shift(calibration: Calibration, nominal: Floats | None) -> str:
+    """How far the calibrated head is from the drawing's, in words; empty when no drawing is known."""
+    if nominal is None:
+        return ""
+    motion = motion_between(nominal, calibration.X)
+    shift, turn = float(np.linalg.norm(motion[:3])), float(np.linalg.norm(motion[3:]))
+    return f"{millimetres(shift, 3)} and {degrees(turn)} from the drawing"
+
+
+def camera_pair_entries(calibration: Calibration) -> tuple[Entry, ...]:
+    """How the other cameras stand to the reference, and how well all agree."""
+    rig = calibration.rig
+    if rig is None or len(rig.names) < 2:
+        return ()
+    entries = []
+    for name, T_camera_head in list(zip(rig.names, rig.Ts_camera_head, strict=True))[1:]:
+        motion = motion_between(np.eye(4), T_camera_head)
+        baseline, angle = float(np.linalg.norm(motion[:3])), float(np.linalg.norm(motion[3:]))
+        entries.append(Entry("baseline", millimetres(baseline, 3), f"between {rig.reference} and {name}"))
+        entries.append(Entry("angle", degrees(angle), f"between {rig.reference} and {name}"))
+    if calibration.stereo_rms_px > 0.0:
+        entries.append(Entry("stereo RMS", pixels(calibration.stereo_rms_px), "all cameras together"))
+    return tuple(entries)
+
+
+def search_entries(calibration: Calibration) -> tuple[Entry, ...]:
+    """What eq. (11) was and how it was minimised."""
+    search, budget = calibration.search, calibration.search.budget
+    value, before, after = (
+        f"{significant(v / MM**2, 6)} mm²"
+        for v in (calibration.value_m2, search.best_unpolished_m2, search.value_m2)
+    )
+    per_pair_m = math.sqrt(max(calibration.value_m2, 0.0) / max(calibration.pairs, 1))
+    length = millimetres(calibration.rotation_length_m, 0)
+    swarms = f"{budget.swarms} × {budget.particles} particles × {budget.iterations} iterations"
+    box = f"±{millimetres(search.box.half_width_m, 1)}"
+    return (
+        Entry("estimator", calibration.solver),
+        Entry("eq. (11)", value, f"over {calibration.pairs} pairs of shots"),
+        Entry("per pair", millimetres(per_pair_m), "root of eq. (11) per pair"),
+        Entry("ℓ", length, "what one unit of a rotation entry counts in eq. (11)"),
+        Entry("swarms", swarms, f"variant {search.variant}, seed {search.seed}"),
+        Entry("box", box, "for x, y, z; |α|, |γ| ≤ 180°, |β| ≤ 90°"),
+        Entry("polish", f"{before} → {after}", "eq. (11) of the best swarm, before and after the polish"),
+        Entry("agreement", f"{search.agreeing} of {budget.swarms} swarms", "ended at the same optimum"),
+    )
+
+
+def _angle(symbol: str, angle_rad: float, meaning: str) -> Entry:
+    return Entry(symbol, degrees(angle_rad), meaning, f"{fixed(angle_rad, 6)} rad")

@@ -1,0 +1,146 @@
+"""Which rows of numbers does the page show, and how are they written?
+
+Nouns become rows of text under heads that carry the unit; the template only decides where they stand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sixthlink.calibrate import Calibration, CameraEvidence, ShotEvidence
+from sixthlink.camera import Camera
+from sixthlink.measure import LengthCheck, statistics
+from sixthlink.report.quantities import DASH, fixed, millimetres, pixels, with_std
+from sixthlink.units import DEG, MM
+
+__all__ = [
+    "Table",
+    "camera_table",
+    "length_statistics_table",
+    "length_table",
+    "placement_table",
+    "shot_table",
+]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under heads.
+
+    Attributes:
+        heads: Head of each column, its unit in it.
+        rows: Cells.
+        words: Number of leading columns that hold words; the others hold numbers.
+        marked: Rows that deserve the eye.
+    """
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    words: int = 1
+    marked: frozenset[int] = field(default_factory=frozenset)
+
+
+def length_table(check: LengthCheck) -> Table:
+    """Table II of the paper: length and signed error of every placement; the worst is marked."""
+    certified_m = check.standard.length_m
+    sets = [check.after_m] if check.before_m is None else [check.before_m, check.after_m]
+    rows = [
+        (str(k + 1), name, *(cell for lengths_m in sets for cell in _length_cells(lengths_m[k], certified_m)))
+        for k, name in enumerate(check.placements)
+    ]
+    before = () if check.before_m is None else ("before [mm]", "error [mm]")
+    heads = ("No.", "placement", *before, "after [mm]", "error [mm]")
+    worst = int(np.argmax(np.abs(check.after_m - certified_m)))
+    return Table(heads, tuple(rows), words=2, marked=frozenset({worst}))
+
+
+def length_statistics_table(check: LengthCheck) -> Table:
+    """The five statistics of the errors, each named for what it is."""
+    sets = [check.after_m] if check.before_m is None else [check.before_m, check.after_m]
+    found = [statistics(lengths_m, check.standard.length_m) for lengths_m in sets]
+    rows = (
+        ("mean error", *(millimetres(s.mean_m, sign=True) for s in found)),
+        ("mean absolute error", *(millimetres(s.mean_abs_m) for s in found)),
+        ("RMS error", *(millimetres(s.rms_m) for s in found)),
+        ("standard deviation (n − 1)", *(millimetres(s.std_m) if s.count > 1 else DASH for s in found)),
+        ("largest absolute error", *(millimetres(s.max_abs_m) for s in found)),
+    )
+    heads = (f"of {len(check.after_m)} signed errors", *(("before", "after")[-len(sets) :]))
+    return Table(heads, rows, marked=frozenset({2}))
+
+
+def shot_table(shots: Sequence[ShotEvidence], *, with_pixels: bool) -> Table:
+    """Residuals of every shot; the worst of all is marked. ``with_pixels`` adds what the cameras saw."""
+    turned = any(s.half_turned for s in shots)
+    rows = []
+    for s in shots:
+        residual = (fixed(s.translation_m / MM, 4), fixed(s.rotation_rad / DEG, 4))
+        seen = (fixed(s.rms_px, 3), str(s.points)) if with_pixels else ()
+        remark = ("read from the other end" if s.half_turned else "",) if turned else ()
+        rows.append((s.shot, s.placement, *residual, *seen, *remark))
+    pixel_heads = ("image RMS [px]", "points") if with_pixels else ()
+    heads = (
+        "shot",
+        "placement",
+        "residual [mm]",
+        "residual [°]",
+        *pixel_heads,
+        *(("remark",) if turned else ()),
+    )
+    worst = max(range(len(shots)), key=lambda k: shots[k].translation_m, default=0)
+    return Table(heads, tuple(rows), words=2, marked=frozenset({worst}))
+
+
+def placement_table(calibration: Calibration) -> Table:
+    """Where the target stood, and how well its shots agree about it."""
+    rows = []
+    for name, T in zip(calibration.placements, calibration.Ts_base_target, strict=True):
+        own = [s for s in calibration.shots if s.placement == name]
+        place = (fixed(float(v) / MM, 3) for v in T[:3, 3])
+        shifts, turns = _rms([s.translation_m for s in own]) / MM, _rms([s.rotation_rad for s in own]) / DEG
+        rows.append((name, str(len(own)), *place, fixed(shifts, 4), fixed(turns, 4)))
+    heads = ("placement", "shots", "x [mm]", "y [mm]", "z [mm]", "RMS [mm]", "RMS [°]")
+    return Table(heads, tuple(rows))
+
+
+def camera_table(calibration: Calibration) -> Table:
+    """Intrinsics of every camera with their standard deviations; empty without cameras."""
+    rig = calibration.rig
+    if rig is None:
+        return Table((), ())
+    columns = [_camera_column(c, e) for c, e in zip(rig.cameras, calibration.cameras, strict=True)]
+    whats = (
+        "image",
+        "numbers",
+        "fx",
+        "fy",
+        "cx",
+        "cy",
+        *(f"{k} [–]" for k in ("k1", "k2", "p1", "p2", "k3")),
+    )
+    heads = ["", f"{rig.reference} (reference)" if len(rig.names) > 1 else rig.reference, *rig.names[1:]]
+    return Table(tuple(heads), tuple(zip((*whats, "image RMS"), *columns, strict=True)))
+
+
+def _length_cells(length_m: float, certified_m: float) -> tuple[str, str]:
+    return fixed(length_m / MM, 4), fixed((length_m - certified_m) / MM, 4, sign=True)
+
+
+def _rms(values: Sequence[float]) -> float:
+    """Root mean square; not a number where there is nothing, which is written as a dash."""
+    return math.sqrt(sum(v * v for v in values) / len(values)) if values else math.nan
+
+
+def _camera_column(camera: Camera, evidence: CameraEvidence) -> tuple[str, ...]:
+    size = f"{camera.width_px} × {camera.height_px} px"
+    origin = f"calibrated, {evidence.images} images" if evidence.calibrated else "given"
+    cells = []
+    values = (*camera.focal_px, *camera.centre_px, *camera.distortion)
+    for k, (value, std) in enumerate(zip(values, evidence.std, strict=True)):
+        held = " fixed" if evidence.calibrated and std == 0.0 else ""
+        cells.append(with_std(float(value), float(std), *(("px", 3) if k < 4 else ("", 6))) + held)
+    return (size, origin, *cells, pixels(evidence.rms_px) if evidence.calibrated else DASH)

@@ -1,0 +1,85 @@
+"""Which direction does a simulated pixel look in, and where does a point fall on the simulated sensor?
+
+The simulator's own lens, written in vectors instead of coordinates: with x the undistorted position and
+p = (p2, p1) the tangential coefficients, the distorted position is
+
+    x · (1 + k1 r² + k2 r⁴ + k3 r⁶ + 2 p·x) + p r²,    r² = x·x          (Brown 1971)
+
+It shares the nouns of the calibrator's cameras but none of their functions. The centre of the first pixel is
+(0, 0).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from sixthlink.camera import Camera
+from sixthlink.geometry import Floats
+
+__all__ = ["RayMap", "ray_map", "sensor_positions"]
+
+Singles = npt.NDArray[np.float32]
+
+_ROWS_AT_ONCE = 16
+_INVERSION_STEPS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class RayMap:
+    """What every pixel of a camera looks at.
+
+    Attributes:
+        x: ``(h, w)`` undistorted x of the ray at z = 1.
+        y: ``(h, w)`` undistorted y of the ray at z = 1.
+        light: ``(h, w)`` natural vignetting: cos⁴ of the angle to the optical axis.
+    """
+
+    x: Singles
+    y: Singles
+    light: Singles
+
+
+def sensor_positions(camera: Camera, points_camera: Floats) -> Floats:
+    """Pixels ``(..., 2)`` on which points ``(..., 3)`` in camera coordinates [m] fall; z must be above 0."""
+    x = np.moveaxis(points_camera[..., :2] / points_camera[..., 2:], -1, 0)
+    stretch, shift = _lens(camera.distortion, x)
+    return camera.centre_px + camera.focal_px * np.moveaxis(x * stretch + shift, 0, -1)
+
+
+def ray_map(camera: Camera) -> RayMap:
+    """Rays of all pixels of a camera; the maps of the last two cameras are kept."""
+    numbers = (*camera.focal_px, *camera.centre_px, *camera.distortion)
+    return _ray_map(camera.width_px, camera.height_px, tuple(float(n) for n in numbers))
+
+
+@lru_cache(maxsize=2)
+def _ray_map(width_px: int, height_px: int, numbers: tuple[float, ...]) -> RayMap:
+    focal, centre, distortion = (np.array(n) for n in (numbers[:2], numbers[2:4], numbers[4:]))
+    x, y, light = (np.empty((height_px, width_px), dtype=np.float32) for _ in range(3))
+    columns = (np.arange(width_px) - centre[0]) / focal[0]
+    for top in range(0, height_px, _ROWS_AT_ONCE):
+        block = slice(top, min(top + _ROWS_AT_ONCE, height_px))
+        rows = (np.arange(block.start, block.stop) - centre[1]) / focal[1]
+        seen = np.stack(np.broadcast_arrays(columns[None, :], rows[:, None]))
+        ray = seen
+        # The lens bends little: undoing it again with the last answer converges in a few steps.
+        for _ in range(_INVERSION_STEPS):
+            stretch, shift = _lens(distortion, ray)
+            ray = (seen - shift) / stretch
+        x[block], y[block] = ray
+        light[block] = 1.0 / np.square(1.0 + ray[0] * ray[0] + ray[1] * ray[1])
+    for array in (x, y, light):
+        array.flags.writeable = False
+    return RayMap(x, y, light)
+
+
+def _lens(distortion: Floats, x: Floats) -> tuple[Floats, Floats]:
+    """Stretch ``(...)`` along x ``(2, ...)`` and shift ``(2, ...)`` beside it."""
+    k1, k2, p1, p2, k3 = distortion
+    r2 = x[0] * x[0] + x[1] * x[1]
+    stretch = 1.0 + ((k3 * r2 + k2) * r2 + k1) * r2 + 2.0 * (p2 * x[0] + p1 * x[1])
+    return stretch, np.stack([p2 * r2, p1 * r2])

@@ -1,0 +1,146 @@
+"""Where are the inner corners of a ChArUco board, as far as it is visible?
+
+Points and frame are OpenCV's: point 0 is the inner corner next to the board's outer corner, which is the origin;
+x to the right along the columns, y down along the rows, z into the board. The markers tell every corner apart, so
+that a part of the board is enough.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sixthlink.geometry import Floats, Ints
+from sixthlink.target.coarse import full_pixels, reduced_image
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.target import Found, GreyImage, NotFound
+
+if TYPE_CHECKING:
+    import cv2
+
+__all__ = ["Charuco"]
+
+QUICK_WIDTH_PX = 1300
+"""Image width at which the markers are looked for first."""
+
+FEWEST_POINTS = 6
+"""Fewer corners than this leave a pose at the mercy of a single one."""
+
+
+@dataclass(frozen=True)
+class Charuco:
+    """A ChArUco board, counted by its squares.
+
+    Attributes:
+        columns: Squares along x, at least 3.
+        rows: Squares along y, at least 3.
+        square_m: Side of a square [m].
+        marker_m: Side of a marker [m], below that of a square.
+        dictionary: OpenCV's name of the marker dictionary, for example ``DICT_6X6_250``.
+        legacy: True for boards with an even number of rows printed before OpenCV 4.6, which begin with a marker.
+    """
+
+    columns: int
+    rows: int
+    square_m: float
+    marker_m: float
+    dictionary: str
+    legacy: bool = False
+
+    def __post_init__(self) -> None:
+        if self.columns < 3 or self.rows < 3:
+            raise ValueError(
+                f"a ChArUco board of {self.columns} x {self.rows} squares is too small, expected 3 x 3"
+            )
+        if not 0.0 < self.marker_m < self.square_m:
+            raise ValueError(
+                f"marker of {self.marker_m} m in a square of {self.square_m} m, expected 0 < marker < square"
+            )
+        names = _dictionary_names()
+        if self.dictionary not in names:
+            raise ValueError(
+                f"unknown marker dictionary {self.dictionary!r}, expected one of {', '.join(names)}"
+            )
+
+    @property
+    def points_m(self) -> Floats:
+        """``((rows - 1) * (columns - 1), 3)`` inner corners in the board frame [m]."""
+        row, column = np.divmod(np.arange((self.rows - 1) * (self.columns - 1)), self.columns - 1)
+        return np.stack([(column + 1) * self.square_m, (row + 1) * self.square_m, np.zeros(len(row))], axis=1)
+
+    @property
+    def half_turn(self) -> Ints | None:
+        """None: the markers tell the ends apart."""
+        return None
+
+    def find(self, image: GreyImage) -> Found | NotFound:
+        """The visible inner corners in one image, refined, at least six that are not on one line."""
+        points, pixels = self._coarse(image)
+        if len(points) < FEWEST_POINTS:
+            return NotFound(self._too_few(f"{len(points)} corners found"))
+        step = self._smallest_step(points, pixels)
+        # Inside the window there may be the corner's own edges but nothing of the nearest marker.
+        gap = 0.5 * (1.0 - self.marker_m / self.square_m)
+        window = float(np.clip(min(gap, 0.4) * step, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
+        refined, good = refine_saddles(image, pixels, window, max(1.5, 0.1 * step))
+        points, refined = points[good], refined[good]
+        if len(points) < FEWEST_POINTS:
+            return NotFound(self._too_few(f"{len(points)} corners left after refinement"))
+        flat = np.linalg.svd(
+            self.points_m[points, :2] - self.points_m[points, :2].mean(axis=0), compute_uv=False
+        )
+        if flat[1] < 0.5 * self.square_m:
+            return NotFound(self._too_few("all corners found are on one line"))
+        return Found(points, refined, np.full(len(points), SIGMA_PX))
+
+    def _too_few(self, what: str) -> str:
+        return (
+            f"{what}, expected at least {FEWEST_POINTS} not on one line; is enough of the {self.columns} x "
+            f"{self.rows} board in the image, and are its dictionary {self.dictionary} and legacy pattern right?"
+        )
+
+    def _coarse(self, image: GreyImage) -> tuple[Ints, Floats]:
+        """Point indices ``(M,)`` and first estimates ``(M, 2)`` [pixel]."""
+        import cv2
+
+        # Markers that failed at first are tried again where the board says they must be; a wrong one cannot do harm,
+        # because its corners do not survive refinement.
+        parameters = cv2.aruco.CharucoParameters()
+        parameters.tryRefineMarkers = True
+        detector = cv2.aruco.CharucoDetector(self._board(), parameters)
+        best: tuple[Ints, Floats] = (np.empty(0, dtype=np.int64), np.empty((0, 2)))
+        widths = [w for w in (QUICK_WIDTH_PX,) if w * 1.5 < image.shape[1]] + [image.shape[1]]
+        for width in widths:
+            reduced = reduced_image(image, width)
+            corners, ids, _, _ = detector.detectBoard(reduced)
+            if ids is not None and len(ids) > len(best[0]):
+                best = np.asarray(ids, dtype=np.int64).ravel(), full_pixels(corners, reduced, image)
+            if len(best[0]) == len(self.points_m):
+                break
+        return best
+
+    def _board(self) -> cv2.aruco.CharucoBoard:
+        import cv2
+
+        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, self.dictionary))
+        board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, dictionary)
+        board.setLegacyPattern(self.legacy)
+        return board
+
+    def _smallest_step(self, points: Ints, pixels: Floats) -> float:
+        """Smallest distance between two corners in units of their distance on the board: a square [pixel]."""
+        board = self.points_m[points, :2] / self.square_m
+        apart = np.linalg.norm(board[:, None] - board, axis=-1)
+        seen = np.linalg.norm(pixels[:, None] - pixels, axis=-1)
+        first, second = np.nonzero((apart > 0.5) & (apart < 1.5))
+        if not len(first):
+            first, second = np.nonzero(apart > 0.5)
+        return float((seen[first, second] / apart[first, second]).min(initial=np.inf))
+
+
+def _dictionary_names() -> tuple[str, ...]:
+    import cv2
+
+    return tuple(sorted(name for name in dir(cv2.aruco) if name.startswith("DICT_")))

@@ -1,0 +1,181 @@
+"""Where are the inner corners of a chessboard, and which of them is the first?
+
+Point ``row * columns + column``: x runs along the columns, y along the rows, right-handed as seen from the front.
+With one of the two numbers even and the other odd, the two ends of the board look different, and the first point
+is the one whose outer diagonal square (up and left of it) is black. Otherwise the board looks the same after
+half a turn: each image may come out either way, and ``half_turn`` says so to whoever compares images.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sixthlink.geometry import Floats, Ints
+from sixthlink.target.coarse import full_pixels, reduced_image
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.target import Found, GreyImage, NotFound
+
+__all__ = ["Chessboard"]
+
+QUICK_WIDTH_PX, CLOSER_WIDTH_PX = 640, 1280
+"""Image widths at which the board is looked for before the full size is tried."""
+
+SMALLEST_SQUARE_PX = 8.0
+"""Squares smaller than this leave no window for refinement."""
+
+WINDOW_SHARE = 0.4
+"""Half window of the refinement in smallest squares: the next corner's edges stay outside."""
+
+
+@dataclass(frozen=True)
+class Chessboard:
+    """A chessboard, counted by its inner corners.
+
+    Attributes:
+        columns: Inner corners along x, at least 3.
+        rows: Inner corners along y, at least 3.
+        square_m: Side of a square [m].
+    """
+
+    columns: int
+    rows: int
+    square_m: float
+
+    def __post_init__(self) -> None:
+        if self.columns < 3 or self.rows < 3:
+            raise ValueError(
+                f"a chessboard of {self.columns} x {self.rows} inner corners is too small, expected at least "
+                "3 x 3; count the corners where four squares meet"
+            )
+        if self.square_m <= 0.0:
+            raise ValueError(f"side of a square is {self.square_m} m, expected above 0")
+        if self.columns == self.rows and self.columns % 2 == 0:
+            raise ValueError(
+                f"a chessboard of {self.columns} x {self.rows} inner corners looks the same after every quarter "
+                "turn; use one with different numbers of columns and rows"
+            )
+
+    @property
+    def points_m(self) -> Floats:
+        """``(rows * columns, 3)`` inner corners in the board frame [m]."""
+        row, column = np.divmod(np.arange(self.rows * self.columns), self.columns)
+        return np.stack([column * self.square_m, row * self.square_m, np.zeros(len(row))], axis=1)
+
+    @property
+    def half_turn(self) -> Ints | None:
+        """``(rows * columns,)`` index of each point after half a turn, or None where the colours tell the ends apart."""
+        if self._ends_differ:
+            return None
+        return np.arange(self.rows * self.columns, dtype=np.int64)[::-1].copy()
+
+    @property
+    def _ends_differ(self) -> bool:
+        return (self.columns + self.rows) % 2 == 1
+
+    def find(self, image: GreyImage) -> Found | NotFound:
+        """All inner corners in one image, refined; a board that is partly hidden is not found."""
+        coarse = self._coarse(image)
+        if coarse is None:
+            return NotFound(
+                f"no chessboard of {self.columns} x {self.rows} inner corners found; is the whole board "
+                "visible, with a white margin around it?"
+            )
+        smallest = _smallest_square(coarse)
+        if smallest < SMALLEST_SQUARE_PX:
+            return NotFound(
+                f"the smallest square is {smallest:.1f} pixel wide, expected at least {SMALLEST_SQUARE_PX:g}"
+            )
+        window = float(np.clip(WINDOW_SHARE * smallest, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
+        refined, good = refine_saddles(image, coarse.reshape(-1, 2), window, 0.3 * smallest)
+        if not good.all():
+            u, v = coarse.reshape(-1, 2)[~good][0]
+            return NotFound(
+                f"{np.count_nonzero(~good)} corners could not be refined, the first near ({u:.0f}, {v:.0f}): "
+                "at the image's edge, covered or blurred"
+            )
+        grid = refined.reshape(self.rows, self.columns, 2)
+        if not _regular(grid):
+            return NotFound(
+                "the corners do not form a regular grid: something else was taken for a chessboard"
+            )
+        return self._ordered(image, grid)
+
+    def _coarse(self, image: GreyImage) -> Floats | None:
+        """``(rows, columns, 2)`` first estimates [pixel] in OpenCV's order."""
+        import cv2
+
+        usual = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+        widths = [w for w in (QUICK_WIDTH_PX, CLOSER_WIDTH_PX) if w < image.shape[1]] + [image.shape[1]]
+        size = (self.columns, self.rows)
+        for width in widths:
+            reduced = reduced_image(image, width)
+            # The quick refusal costs more than it saves while the image is small.
+            flags = usual if width <= QUICK_WIDTH_PX else usual | cv2.CALIB_CB_FAST_CHECK
+            found, corners = cv2.findChessboardCorners(reduced, size, flags=flags)
+            if found:
+                return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2)
+        reduced = reduced_image(image, CLOSER_WIDTH_PX)
+        found, corners = cv2.findChessboardCornersSB(reduced, size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
+        if found:
+            return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2)
+        return None
+
+    def _ordered(self, image: GreyImage, grid: Floats) -> Found | NotFound:
+        """The corners in the board's own order: right-handed, and black first where that means something."""
+        if _handedness(grid) < 0.0:
+            grid = grid[:, ::-1]
+        if self._ends_differ or self.columns == self.rows:
+            contrast, spread = _first_colour(image, grid)
+            if abs(contrast) < 4.0 * spread:
+                return NotFound(
+                    "the squares' colours cannot be told apart: too dark, too bright or too blurred"
+                )
+            if contrast > 0.0:  # the first square is white
+                grid = grid[::-1, ::-1] if self._ends_differ else np.swapaxes(grid, 0, 1)[:, ::-1]
+        pixels = np.ascontiguousarray(grid.reshape(-1, 2))
+        points = np.arange(len(pixels), dtype=np.int64)
+        return Found(points, pixels, np.full(len(pixels), SIGMA_PX))
+
+
+def _smallest_square(grid: Floats) -> float:
+    """Smallest distance of neighbouring corners [pixel]."""
+    along = np.linalg.norm(np.diff(grid, axis=1), axis=-1)
+    down = np.linalg.norm(np.diff(grid, axis=0), axis=-1)
+    return float(min(along.min(), down.min()))
+
+
+def _regular(grid: Floats) -> bool:
+    """Do steps along each row and column change slowly, as perspective and a lens allow?"""
+    for axis in (0, 1):
+        bend = np.linalg.norm(np.diff(grid, n=2, axis=axis), axis=-1)
+        step = np.linalg.norm(np.diff(grid, axis=axis), axis=-1)
+        if bend.max() > 0.3 * step.min():
+            return False
+    return True
+
+
+def _handedness(grid: Floats) -> float:
+    """Positive when x, then y turns the way it does on a board seen from the front."""
+    x, y = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    return float(x[0] * y[1] - x[1] * y[0])
+
+
+def _first_colour(image: GreyImage, grid: Floats) -> tuple[float, float]:
+    """Mean grey of the squares coloured like the first minus that of the others, and its standard error.
+
+    The square up and left of the first corner has the colour of the one down and right of it, so that only squares
+    between corners are read, each as the mean of nine pixels around its centre.
+    """
+    centres = 0.25 * (grid[:-1, :-1] + grid[:-1, 1:] + grid[1:, :-1] + grid[1:, 1:])
+    u, v = np.rint(centres).astype(np.int64)[..., 0], np.rint(centres).astype(np.int64)[..., 1]
+    grey = np.mean(
+        [image[v + dv, u + du].astype(np.float64) for du in (-1, 0, 1) for dv in (-1, 0, 1)], axis=0
+    )
+    row, column = np.indices(grey.shape)
+    first: npt.NDArray[np.bool_] = (row + column) % 2 == 0
+    a, b = grey[first], grey[~first]
+    error = np.sqrt(a.var() / len(a) + b.var() / len(b))
+    return float(a.mean() - b.mean()), float(max(error, 0.25))

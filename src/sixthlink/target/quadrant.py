@@ -1,0 +1,161 @@
+"""Where is the end mark of the length standard, a disc of alternating black and white quarters?
+
+Its centre is a saddle of the grey values at every scale below the disc's size. So the image is searched at a few
+scales for strong saddles, and each candidate has to show what only the mark shows: on growing circles around it two
+bright and two dark quarters, facing each other. The largest such circle tells the size of the disc.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sixthlink.geometry import Floats
+from sixthlink.target.coarse import full_pixels, reduced_image
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.target import Found, GreyImage, NotFound
+
+__all__ = ["find_quadrant_mark"]
+
+WIDEST_SEARCH_PX, NARROWEST_SEARCH_PX = 1300, 150
+"""Image widths between which the search halves its scale."""
+
+SADDLE_SIGMA_PX = 2.0
+"""Smoothing of the saddle search, in pixels of the reduced image."""
+
+CANDIDATES = 40
+"""Strongest saddles that are looked at on each scale."""
+
+ANGLES = 72
+"""Samples on a circle."""
+
+RADII_PX = np.geomspace(4.0, 60.0, 20)
+"""Radii of the circles, in pixels of the reduced image."""
+
+SMALLEST_RADIUS_PX = 7.0
+"""A mark below this radius, in pixels of the full image, is not trusted."""
+
+LEAST_CONTRAST = 0.06
+"""Bright minus dark quarters, in the image's own range of grey."""
+
+MOST_UNEVEN = 0.15
+"""Mean departure from two plain levels of grey along a circle, as a share of their difference."""
+
+RIVAL_SHARE = 0.4
+"""A second candidate with more than this share of the best one's size makes the answer ambiguous."""
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A place that looks like the mark: centre and radius in pixels of the full image."""
+
+    u: float
+    v: float
+    radius_px: float
+
+
+def find_quadrant_mark(image: GreyImage) -> Found | NotFound:
+    """The single quadrant mark in one image, refined; its point index is 0.
+
+    Args:
+        image: ``(height, width)`` grey image that shows one end of the length standard.
+
+    Returns:
+        One point, or why there is none: no mark, a mark too small or cut by the image's edge, or two places that
+        look equally like one (both are named).
+    """
+    candidates = _distinct([c for width in _widths(image) for c in _candidates(image, width)])
+    if not candidates:
+        return NotFound(
+            "no quadrant mark found: expected one disc of alternating black and white quarters, sharp and whole"
+        )
+    best = candidates[0]
+    if len(candidates) > 1 and candidates[1].radius_px > RIVAL_SHARE * best.radius_px:
+        rival = candidates[1]
+        return NotFound(
+            f"two places look like the quadrant mark, ({best.u:.0f}, {best.v:.0f}) and "
+            f"({rival.u:.0f}, {rival.v:.0f}); leave one mark in view"
+        )
+    if best.radius_px < SMALLEST_RADIUS_PX:
+        return NotFound(
+            f"the quadrant mark at ({best.u:.0f}, {best.v:.0f}) is {2 * best.radius_px:.0f} pixel wide, expected "
+            f"at least {2 * SMALLEST_RADIUS_PX:.0f}"
+        )
+    window = float(np.clip(0.6 * best.radius_px, SMALLEST_HALF_WINDOW_PX, 1.5 * LARGEST_HALF_WINDOW_PX))
+    refined, good = refine_saddles(image, [[best.u, best.v]], window, 0.3 * best.radius_px)
+    if not good[0]:
+        return NotFound(
+            f"the quadrant mark at ({best.u:.0f}, {best.v:.0f}) is blurred or cut by the image's edge"
+        )
+    return Found(np.zeros(1, dtype=np.int64), refined, np.full(1, SIGMA_PX))
+
+
+def _widths(image: GreyImage) -> list[int]:
+    width = min(image.shape[1], WIDEST_SEARCH_PX)
+    widths = [width]
+    while width // 2 >= NARROWEST_SEARCH_PX:
+        width //= 2
+        widths.append(width)
+    return widths
+
+
+def _candidates(image: GreyImage, width: int) -> list[_Candidate]:
+    """Saddles on one scale that carry the pattern of the mark."""
+    import cv2
+
+    reduced = reduced_image(image, width)
+    grey = np.asarray(cv2.GaussianBlur(reduced.astype(np.float32), (0, 0), SADDLE_SIGMA_PX), dtype=np.float32)
+    xx, yy = cv2.Sobel(grey, cv2.CV_32F, 2, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 2)
+    xy = cv2.Sobel(grey, cv2.CV_32F, 1, 1)
+    strength = np.asarray(xy * xy - xx * yy, dtype=np.float32)
+    highest = np.asarray(cv2.dilate(strength, np.ones((7, 7), np.uint8)))
+    v, u = np.nonzero((strength >= highest) & (strength > 0.0))
+    order = np.argsort(-strength[v, u], kind="stable")[:CANDIDATES]
+    centres = np.stack([u[order], v[order]], axis=1).astype(np.float64)
+    radii = _pattern_radii(reduced, centres)
+    scale = image.shape[1] / reduced.shape[1]
+    places = full_pixels(centres, reduced, image)
+    return [
+        _Candidate(float(place[0]), float(place[1]), float(radius * scale))
+        for place, radius in zip(places, radii, strict=True)
+        if radius > 0.0
+    ]
+
+
+def _pattern_radii(grey: npt.NDArray[np.uint8], centres: Floats) -> Floats:
+    """Radius ``(N,)`` of the largest of an unbroken run of circles that show the pattern [pixel]; 0 without a run."""
+    from scipy.ndimage import map_coordinates
+
+    angle = np.arange(ANGLES) * (2.0 * np.pi / ANGLES)
+    offsets = RADII_PX[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    at = centres[:, None, None, :] + offsets
+    rings = map_coordinates(grey.astype(np.float32), [at[..., 1], at[..., 0]], order=1, mode="nearest")
+    inside = ((at >= 0.0) & (at <= np.array(grey.shape)[::-1] - 1)).all(axis=(-1, -2))
+    low, high = np.percentile(grey, (1.0, 99.0))
+    good = inside & _shows_quarters(rings.astype(np.float64), LEAST_CONTRAST * float(max(high - low, 1.0)))
+    unbroken = np.cumprod(good, axis=1).sum(axis=1)
+    return np.where(unbroken >= 3, RADII_PX[np.maximum(unbroken, 1) - 1], 0.0)
+
+
+def _shows_quarters(rings: Floats, least_contrast: float) -> npt.NDArray[np.bool_]:
+    """Which circles ``(..., A)`` show two bright and two dark arcs, even in grey, facing each other, a quarter each."""
+    top, bottom = np.percentile(rings, (85.0, 15.0), axis=-1)
+    middle = 0.5 * (top + bottom)[..., None]
+    signs = np.where(rings > middle, 1.0, -1.0)
+    even = np.abs((rings - middle) * signs - 0.5 * (top - bottom)[..., None]).mean(axis=-1)
+    changes = (signs != np.roll(signs, 1, axis=-1)).sum(axis=-1)
+    facing = (signs * np.roll(signs, ANGLES // 2, axis=-1)).mean(axis=-1)
+    beside = (signs * np.roll(signs, ANGLES // 4, axis=-1)).mean(axis=-1)
+    quarters = (changes == 4) & (facing > 0.7) & (beside < -0.3)
+    return np.asarray(quarters & (top - bottom > least_contrast) & (even < MOST_UNEVEN * (top - bottom)))
+
+
+def _distinct(candidates: list[_Candidate]) -> list[_Candidate]:
+    """One candidate per place, the largest first."""
+    kept: list[_Candidate] = []
+    for c in sorted(candidates, key=lambda c: -c.radius_px):
+        if all(np.hypot(c.u - k.u, c.v - k.v) > 0.5 * k.radius_px for k in kept):
+            kept.append(c)
+    return kept
