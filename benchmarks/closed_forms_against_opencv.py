@@ -83,29 +83,29 @@ def tumbling(rng: np.random.Generator, shots: int) -> Floats:
     return transform(R, rng.uniform([-0.6, -0.6, 0.0], [0.6, 0.6, 1.2], (shots, 3)))
 
 
-def scene(seed: int, poses: Poses, levels: int) -> Scene:
+def scene(seed: int, poses: Poses, noise: str) -> Scene:
     """Head, flange poses and target poses of 5 to 40 shots.
 
     Args:
         seed: Seed of the set.
         poses: Which way the head looks.
-        levels: 0 no noise; 1 one noise level for robot and head; 2 a level for each. Levels are drawn
-            log-uniformly from 0.01° to 0.5° and from 0.02 mm to 1 mm.
+        noise: ``none``, ``robot``, ``head``, ``same`` (one level for both) or ``own`` (a level for each). Levels are
+            drawn log-uniformly from 0.01° to 0.5° and from 0.02 mm to 1 mm.
     """
     rng = np.random.default_rng(seed)
     X = transform(exp_rotation(1.5 * rng.normal(size=3)), rng.uniform(-0.2, 0.2, 3))
     T_base_target = transform(exp_rotation(rng.normal(size=3)), rng.uniform(-1, 1, 3))
     B = poses(rng, int(rng.integers(5, 41)))
     A = T_base_target @ inverse(B) @ inverse(X)
-    if levels == 0:
-        return X, A, B
     turns = np.deg2rad(np.exp(rng.uniform(np.log(0.01), np.log(0.5), 2)))
     shifts = np.exp(rng.uniform(np.log(2e-5), np.log(1e-3), 2))
-    noisy = [
-        apply_motion(T, rng.normal(size=(len(T), 6)) * np.repeat([shifts[k], turns[k]], 3))
-        for T, k in ((A, 0), (B, levels - 1))
-    ]
-    return X, noisy[0], noisy[1]
+    robot, head = (rng.normal(size=(len(A), 6)) for _ in range(2))
+    levels = np.column_stack([shifts, shifts, shifts, turns, turns, turns])
+    if noise in {"robot", "same", "own"}:
+        A = apply_motion(A, robot * levels[0])
+    if noise in {"head", "same", "own"}:
+        B = apply_motion(B, head * levels[1 if noise == "own" else 0])
+    return X, A, B
 
 
 def errors(found: Floats, X: Floats) -> tuple[float, float]:
@@ -122,7 +122,7 @@ def print_agreement(sets: int) -> None:
         apart, off = [], []
         for poses in (tilted, tumbling):
             for seed in range(sets):
-                X, A, B = scene(seed, poses, 0)
+                X, A, B = scene(seed, poses, "none")
                 found, other = ours(method, A, B), opencv(method, A, B)
                 # OpenCV's Tsai gives up on some sets and returns the identity.
                 if errors(other, X)[0] < 1e-3:
@@ -132,11 +132,11 @@ def print_agreement(sets: int) -> None:
         print(f"| {method} ({len(apart)} compared) | " + " | ".join(f"{f:.1e}" for f in figures) + " |")
 
 
-def print_accuracy(title: str, poses: Poses, levels: int, sets: int) -> None:
+def print_accuracy(title: str, poses: Poses, noise: str, sets: int) -> None:
     found = {method: np.zeros((sets, 3, 2)) for method in CLOSED_FORMS}
     seconds = {method: np.zeros(2) for method in CLOSED_FORMS}
     for seed in range(sets):
-        X, A, B = scene(seed, poses, levels)
+        X, A, B = scene(seed, poses, noise)
         for method in CLOSED_FORMS:
             start = time.perf_counter()
             found[method][seed, 0] = errors(ours(method, A, B), X)
@@ -182,9 +182,7 @@ def print_recordings(data: Path) -> None:
 
 
 def recordings(data: Path) -> dict[str, tuple[Floats, Floats]]:
-    denso, fr3, moveit = (
-        data / f for f in ("denso_tabb_ds1", "fr3_joint_camera", "moveit_eye_to_hand_poses")
-    )
+    denso, fr3, moveit = (data / f for f in ("denso_tabb_ds1", "fr3_joint_camera", "moveit_eye_to_hand_poses"))
     return {
         "Denso VS-6577, 8×6 chessboard (target poses with intrinsics calibrated here)": _denso(denso),
         "Franka Research 3, nominal kinematics": (
@@ -206,9 +204,7 @@ def _denso(folder: Path) -> tuple[Floats, Floats]:
     seen = [k for k, name in enumerate(names) if points[name]]
     tables = [np.array(points[names[k]], dtype=np.float32) for k in seen]
     objects = [np.column_stack([t[:, :2] / 1e3, np.zeros(len(t))]).astype(np.float32) for t in tables]
-    _, _, _, rotvecs, shifts = cv2.calibrateCamera(
-        objects, [t[:, 2:].copy() for t in tables], (640, 480), None, None
-    )
+    _, _, _, rotvecs, shifts = cv2.calibrateCamera(objects, [t[:, 2:].copy() for t in tables], (640, 480), None, None)
     B = transform(exp_rotation(np.array(rotvecs)[..., 0]), np.array(shifts)[..., 0])
     return poses[seen], B
 
@@ -252,17 +248,17 @@ def _split(T: Floats, scale: float) -> tuple[list[Floats], list[Floats]]:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Closed forms against OpenCV's.")
     parser.add_argument("--sets", type=int, default=1000, help="noisy sets of each kind")
-    parser.add_argument(
-        "--data", type=Path, default=Path("../shared/data"), help="folder of public recordings"
-    )
+    parser.add_argument("--data", type=Path, default=Path("../shared/data"), help="folder of public recordings")
     options = parser.parse_args()
     cv2.setNumThreads(1)
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     print(f"OpenCV {cv2.__version__}, numpy {np.__version__}")
     print_agreement(100)
-    print_accuracy("Looking at the target, one noise level", tilted, 1, options.sets)
-    print_accuracy("Tumbling, one noise level", tumbling, 1, options.sets)
-    print_accuracy("Looking at the target, noise levels of their own", tilted, 2, options.sets)
+    print_accuracy("Looking at the target, robot and head equally noisy", tilted, "same", options.sets)
+    print_accuracy("Tumbling, robot and head equally noisy", tumbling, "same", options.sets)
+    print_accuracy("Looking at the target, each with its own noise", tilted, "own", options.sets)
+    print_accuracy("Looking at the target, only the head noisy", tilted, "head", options.sets)
+    print_accuracy("Looking at the target, only the robot noisy", tilted, "robot", options.sets)
     print_time()
     if options.data.is_dir():
         print_recordings(options.data)

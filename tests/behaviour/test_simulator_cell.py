@@ -126,9 +126,7 @@ def test_errors_are_as_large_as_the_scenario_says(cells):
 
 
 def test_every_link_parameter_is_disturbed_but_one_that_has_no_meaning():
-    errors = np.array(
-        [built_arm(PAPER, IRB_1400, stream(s, "arm")).values - IRB_1400.values for s in range(400)]
-    )
+    errors = np.array([built_arm(PAPER, IRB_1400, stream(s, "arm")).values - IRB_1400.values for s in range(400)])
     for name, turn, sigma in zip(IRB_1400.parameters, IRB_1400.turns, errors.std(axis=0), strict=True):
         expected = 0.0 if name == "d2" else np.deg2rad(0.03) if turn else 0.5e-3
         assert sigma == pytest.approx(expected, rel=0.15), name
@@ -158,9 +156,7 @@ def test_a_cell_survives_pickling(cells):
 
 
 def test_an_arm_without_dh_parameters_is_refused():
-    steps = replace(
-        IRB_1400, dialect="steps", parameters=tuple(f"step_{k}" for k in range(len(IRB_1400.kinds)))
-    )
+    steps = replace(IRB_1400, dialect="steps", parameters=tuple(f"step_{k}" for k in range(len(IRB_1400.kinds))))
     with pytest.raises(ValueError, match="without any DH parameter to disturb; simulate an arm whose"):
         simulate_cell(PAPER, steps, BOARD, seed=0)
 

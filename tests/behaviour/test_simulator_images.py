@@ -59,7 +59,7 @@ def test_corners_of_a_five_megapixel_image_are_where_the_truth_says(paper):
 
 
 def test_an_edge_pixel_is_the_mean_over_its_area(small):
-    # Brute force around one corner: 32 x 32 rays per pixel through the calibrator's lens, no blur and no noise.
+    # Brute force around one corner: 32 x 32 rays per pixel through the calibrator's lens, no blur, no noise.
     crisp = replace(small.scenario, blur_px=0.0, electrons_per_grey=1e12, read_noise_grey=0.0)
     cell = replace(small, scenario=crisp)
     corner = np.rint(truth_pixels(cell, 2, 0)[40]).astype(int)

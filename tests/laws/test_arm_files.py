@@ -76,9 +76,7 @@ def assert_same_bits(a, b):
 def calibrated(arm, rng):
     """The arm as a calibration leaves it: constants, couplings and joint scales moved a little."""
     joint_map = arm.joint_map * (1 + 1e-3 * rng.normal(size=arm.joint_map.shape))
-    return replace(
-        arm_with_values(arm, arm.values + 1e-4 * rng.normal(size=arm.values.shape)), joint_map=joint_map
-    )
+    return replace(arm_with_values(arm, arm.values + 1e-4 * rng.normal(size=arm.values.shape)), joint_map=joint_map)
 
 
 @pytest.mark.parametrize("name", maker_names())
@@ -173,9 +171,7 @@ def test_a_table_that_is_none_is_not_written(tmp_path):
 
 
 def test_known_robots_name_their_source_and_doubt_their_numbers():
-    assert {"abb_irb1400", "franka_fr3", "franka_panda", "kuka_lbr_iiwa14", "ur5e", "ur10e"} <= {
-        *maker_names()
-    }
+    assert {"abb_irb1400", "franka_fr3", "franka_panda", "kuka_lbr_iiwa14", "ur5e", "ur10e"} <= {*maker_names()}
     for name in maker_names():
         arm = load_arm(name, folder=Path())
         assert len(arm.source) > 80

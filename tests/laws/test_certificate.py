@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from problems import case, random_transforms
 from scipy.spatial.transform import Rotation
 
+from problems import case, random_transforms
 from sixthlink.calibrate.head import (
     certificate_of,
     objective,
@@ -71,7 +71,7 @@ def test_a_wrong_answer_is_not_certified():
 def test_the_relaxation_is_tight_and_agrees_with_the_direct_certificate():
     rng = np.random.default_rng(4)
     eq11 = objective(case(rng, shots=20, placements=2, sigma_m=1e-3, sigma_rad=5e-3).problem, 1.0)
-    X, certificate = solve_certified(eq11)
+    X, _ = solve_certified(eq11)
     scale = np.sum(eq11.rotation_factor**2)
     matrix, _ = solve_relaxation(eq11.rotation_factor.T @ eq11.rotation_factor / scale)
     eigenvalues, vectors = np.linalg.eigh(matrix)

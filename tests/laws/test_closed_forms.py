@@ -46,9 +46,7 @@ def _scene(seed: int, X: Floats, shots: int = 12, placements: int = 1) -> tuple[
     t = np.column_stack([rng.uniform(-0.1, 0.1, (shots, 2)), rng.uniform(0.4, 0.8, shots)])
     Ts_head_target = transform(R, t)
     where = np.arange(shots) % placements
-    Ts_base_target = transform(
-        exp_rotation(rng.normal(size=(placements, 3))), rng.uniform(-1, 1, (placements, 3))
-    )
+    Ts_base_target = transform(exp_rotation(rng.normal(size=(placements, 3))), rng.uniform(-1, 1, (placements, 3)))
     return Ts_base_target[where] @ inverse(Ts_head_target) @ inverse(X), Ts_head_target, where
 
 
@@ -106,9 +104,7 @@ def test_motions_of_half_a_turn_do_no_harm(method: str, offset: float) -> None:
     A = transform(np.concatenate([np.eye(3)[None], exp_rotation(turns)]), rng.uniform(-0.5, 0.5, (8, 3)))
     X, T_base_target = _head(), transform(exp_rotation(rng.normal(size=3)), [1.0, 0.2, 0.1])
     B = inverse(A @ X) @ T_base_target
-    found = CLOSED_FORMS[method](
-        _noisy(rng, A, NOISE * 1e-3), _noisy(rng, B, NOISE * 1e-3), np.zeros(8, dtype=int)
-    )
+    found = CLOSED_FORMS[method](_noisy(rng, A, NOISE * 1e-3), _noisy(rng, B, NOISE * 1e-3), np.zeros(8, dtype=int))
     _assert_same_head(found, X, 1e-5)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from problems import case, random_transforms
 
+from problems import case, random_transforms
 from sixthlink.calibrate.head import FactorStream, HeadProblem, objective, objective_values
 
 

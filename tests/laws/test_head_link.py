@@ -123,9 +123,7 @@ def test_nearly_parallel_axes_still_give_the_head_and_say_so(tilt_rad):
     link = head_link_from_transform(T)
     # d6 and L are near 0.2 / tilt; each carries its own rounding, and the head keeps at most that.
     reach = abs(link.d6_m) + abs(link.L_m) + 1.0
-    np.testing.assert_allclose(
-        transform_from_head_link(link), T, atol=4e-16 * reach + 2 * tilt_rad * (tilt_rad < 1e-9)
-    )
+    np.testing.assert_allclose(transform_from_head_link(link), T, atol=4e-16 * reach + 2 * tilt_rad * (tilt_rad < 1e-9))
     assert link.remark
 
 
@@ -143,9 +141,7 @@ def test_the_papers_numbers_come_back():
         alpha, gamma = rng.uniform(-math.pi, math.pi, 2)
         beta = rng.uniform(-1.55, 1.55)
         given = PaperNumbers(alpha, beta, gamma, *rng.normal(size=3))
-        expected = (
-            shift(-given.x_m, -given.y_m, given.z_m) @ turn("x", -alpha) @ turn("y", beta) @ turn("z", gamma)
-        )
+        expected = shift(-given.x_m, -given.y_m, given.z_m) @ turn("x", -alpha) @ turn("y", beta) @ turn("z", gamma)
         T = transform_from_paper_numbers(given)
         np.testing.assert_allclose(T, expected, atol=1e-15)
         found = paper_numbers_from_transform(T)

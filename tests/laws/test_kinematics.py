@@ -224,9 +224,7 @@ def test_irb1400_meets_the_poses_of_the_makers_simulator():
     table = np.array(SIMULATED_IRB1410)
     poses = flange_poses(arm, table[:, :6] * DEG)
     np.testing.assert_allclose(poses[:, :3, 3] * 1e3, table[:, 6:9], atol=0.1)
-    turned = Rotation.from_matrix(poses[:, :3, :3]).inv() * Rotation.from_quat(
-        table[:, 9:], scalar_first=True
-    )
+    turned = Rotation.from_matrix(poses[:, :3, :3]).inv() * Rotation.from_quat(table[:, 9:], scalar_first=True)
     assert turned.magnitude().max() < 0.01 * DEG
 
 
@@ -237,9 +235,7 @@ def test_ur_robots_stretched_out_reach_the_sums_of_their_lengths():
         ("ur10e", -0.6127 - 0.57155, -0.17415 - 0.11655, 0.1807 - 0.11985),
     ):
         pose = flange_poses(load_arm(name, folder=Path()), np.zeros((1, 6)))[0]
-        np.testing.assert_allclose(
-            pose, [[1, 0, 0, x], [0, 0, -1, y], [0, 1, 0, z], [0, 0, 0, 1]], atol=1e-15
-        )
+        np.testing.assert_allclose(pose, [[1, 0, 0, x], [0, 0, -1, y], [0, 1, 0, z], [0, 0, 0, 1]], atol=1e-15)
 
 
 def test_ur_robots_stand_upright_with_shoulder_and_wrist_at_minus_ninety_degrees():

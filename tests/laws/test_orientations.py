@@ -78,9 +78,7 @@ def test_kuka_is_fanuc_read_backwards():
 
 def test_universal_robots_write_axis_times_angle():
     values = random_values(ORIENTATIONS["ur"])
-    np.testing.assert_allclose(
-        rotations_from_values(ORIENTATIONS["ur"], values), exp_rotation(values), atol=1e-14
-    )
+    np.testing.assert_allclose(rotations_from_values(ORIENTATIONS["ur"], values), exp_rotation(values), atol=1e-14)
     quarter = rotations_from_values(ORIENTATIONS["ur"], np.array([[0, 0, np.pi / 2]]))[0]
     np.testing.assert_allclose(quarter, Rz(np.pi / 2), atol=1e-15)
 
@@ -89,13 +87,9 @@ def test_abb_writes_the_scalar_first():
     """A quarter turn about x: q1 is the cosine of half the angle."""
     half = 45 * DEG
     values = np.array([[np.cos(half), np.sin(half), 0, 0]])
-    np.testing.assert_allclose(
-        rotations_from_values(ORIENTATIONS["abb"], values)[0], Rx(2 * half), atol=1e-15
-    )
+    np.testing.assert_allclose(rotations_from_values(ORIENTATIONS["abb"], values)[0], Rx(2 * half), atol=1e-15)
     last = ORIENTATIONS["quaternion-xyzw"]
-    np.testing.assert_allclose(
-        rotations_from_values(last, values[:, [1, 2, 3, 0]])[0], Rx(2 * half), atol=1e-15
-    )
+    np.testing.assert_allclose(rotations_from_values(last, values[:, [1, 2, 3, 0]])[0], Rx(2 * half), atol=1e-15)
 
 
 def test_wrong_order_is_a_different_rotation():

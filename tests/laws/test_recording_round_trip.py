@@ -1,4 +1,4 @@
-"""A recording that is written and read is the same recording, whatever its units, conventions and observations."""
+"""A recording that is written reads back the same, whatever its units, conventions and observations."""
 
 import hashlib
 import math
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from sixthlink.camera import Camera
@@ -131,7 +131,7 @@ def test_written_recording_reads_back(tmp_path: Path, make, robot: Identity, see
 def assert_same(read: Recording, written: Recording) -> None:
     for name in ("name", "mount", "robot", "ids", "placements", "kinds", "marks"):
         assert getattr(read, name) == getattr(written, name), name
-    assert {k: v for k, v in read.images.items()} == dict(written.images)
+    assert dict(read.images.items()) == dict(written.images)
     for name in ("joints", "Ts_base_flange", "Ts_head_target"):
         same(getattr(read, name), getattr(written, name))
     same(read.head.nominal, written.head.nominal)
@@ -145,9 +145,7 @@ def assert_same(read: Recording, written: Recording) -> None:
     for c, d in ((read.target, written.target), (read.standard, written.standard)):
         assert type(c) is type(d)
         for part, value in vars(d).items() if d is not None else ():
-            assert vars(c)[part] == (
-                pytest.approx(value, rel=RELATIVE) if isinstance(value, float) else value
-            )
+            assert vars(c)[part] == (pytest.approx(value, rel=RELATIVE) if isinstance(value, float) else value)
     assert (read.pixels is None) == (written.pixels is None)
     if read.pixels and written.pixels:
         for part, value in vars(written.pixels).items():
@@ -176,16 +174,15 @@ schema: sixthlink-recording/1
 name: same
 units: {{length: {length}, angle: {angle}}}
 mount: eye-in-hand
-robot: {{kinematics: none, label: any, positions: flange-poses, orientation: {orientation}, direction: {direction}}}
+robot:
+  {{kinematics: none, label: any, positions: flange-poses, orientation: {orientation}, direction: {direction}}}
 head: {{cameras: none}}
 observations: target-poses
 target_poses: {{orientation: rotation-vector, direction: {target_direction}}}
 """
 
 
-def in_words(
-    folder: Path, Ts: np.ndarray, targets: np.ndarray, length: str, angle: str, inverted: bool
-) -> Recording:
+def in_words(folder: Path, Ts: np.ndarray, targets: np.ndarray, length: str, angle: str, inverted: bool) -> Recording:
     """The same poses written in other units and directions, by hand: KUKA's A, B, C and rotation vectors."""
     metres, radians = (
         {"m": 1.0, "mm": 1e-3, "in": 0.0254}[length],
@@ -285,13 +282,7 @@ def test_skeleton_lacks_nothing_but_images_and_more_shots(tmp_path: Path) -> Non
         write_skeleton(tmp_path / "new")
 
 
-SCALARS = (
-    st.none()
-    | st.booleans()
-    | st.integers(-(10**20), 10**20)
-    | st.floats(allow_nan=False)
-    | st.text(max_size=20)
-)
+SCALARS = st.none() | st.booleans() | st.integers(-(10**20), 10**20) | st.floats(allow_nan=False) | st.text(max_size=20)
 KEYS = st.text(max_size=8)
 VALUES = st.recursive(
     SCALARS,
@@ -301,6 +292,7 @@ VALUES = st.recursive(
 
 
 @settings(deadline=None)
+@example({"\x85": "\u2028"})
 @given(VALUES)
 def test_yaml_that_is_written_reads_back(value: object) -> None:
     assert yaml_from_text(yaml_text({"top": value}), "x").value == {"top": value}

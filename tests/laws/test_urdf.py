@@ -46,9 +46,7 @@ AXES = [(0, 0, 1), None, (0, 0, -2), (1, 0, 0), (0, -1, 0), (0.3, -0.5, 0.8), (-
 
 def random_robot(rng):
     origins = [(rng.normal(size=3), rng.uniform(-3, 3, 3)) for _ in TYPES]
-    joints = [
-        joint_xml(f"j{k}", TYPES[k], LINKS[k], LINKS[k + 1], *origins[k], AXES[k], LIMIT) for k in range(8)
-    ]
+    joints = [joint_xml(f"j{k}", TYPES[k], LINKS[k], LINKS[k + 1], *origins[k], AXES[k], LIMIT) for k in range(8)]
     return origins, [joints[k] for k in rng.permutation(8)]
 
 

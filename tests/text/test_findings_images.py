@@ -1,4 +1,4 @@
-"""A broken image is a reason in words, never an exception; a good one keeps its depth and its stored orientation."""
+"""A broken image is a reason in words, never an exception; a good one keeps its depth and orientation."""
 
 import struct
 from pathlib import Path

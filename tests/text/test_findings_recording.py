@@ -23,8 +23,7 @@ MISTAKES = {
     ),
     "unit in capitals": (
         [("length: mm", "length: MM")],
-        "recording.yaml:3:17: units.length: is the text 'MM', expected m, cm, mm, um or in; did "
-        "you mean mm or m?",
+        "recording.yaml:3:17: units.length: is the text 'MM', expected m, cm, mm, um or in; did you mean mm or m?",
     ),
     "text where a number belongs": (
         [("square: 20", "square: twenty")],
@@ -37,8 +36,7 @@ MISTAKES = {
     ),
     "number that is none": (
         [("square: 20", "square: .nan")],
-        "recording.yaml:17:58: target.square: is nan, expected a finite number; "
-        'write for example "square: 20"',
+        'recording.yaml:17:58: target.square: is nan, expected a finite number; write for example "square: 20"',
     ),
     "infinite number": (
         [("focal_px: [900, 900]", "focal_px: [900, 1e999]")],
@@ -51,8 +49,7 @@ MISTAKES = {
     ),
     "count that is not whole": (
         [("columns: 12", "columns: 12.5")],
-        "recording.yaml:17:37: target.columns: is 12.5, expected a whole number; "
-        'write for example "columns: 9"',
+        'recording.yaml:17:37: target.columns: is 12.5, expected a whole number; write for example "columns: 9"',
     ),
     "number where a name belongs": (
         [("name: example", "name: 012")],
@@ -66,8 +63,7 @@ MISTAKES = {
     ),
     "unknown robot": (
         [("abb_irb1400", "abb_irb140")],
-        "recording.yaml:6:9: robot.name: 'abb_irb140' is not known, expected one of ... did you "
-        "mean abb_irb1400?",
+        "recording.yaml:6:9: robot.name: 'abb_irb140' is not known, expected one of ... did you mean abb_irb1400?",
     ),
     "robot not named": (
         [("  name: abb_irb1400\n", "")],
@@ -102,8 +98,7 @@ MISTAKES = {
     "sheared matrix": (
         [(UNIT_ROWS, UNIT_ROWS.replace("[1, 0, 0, 0]", "[1, 0.1, 0, 0]"))],
         "recording.yaml:16:28: head.nominal.T_flange_head: the matrix is not a rotation: its columns miss "
-        "orthonormality by 0.1, at most 0.001 is rounding, expected a rotation and a translation; "
-        + ROTATION_CURE,
+        "orthonormality by 0.1, at most 0.001 is rounding, expected a rotation and a translation; " + ROTATION_CURE,
     ),
     "mirrored matrix": (
         [(UNIT_ROWS, UNIT_ROWS.replace("[1, 0, 0, 0]", "[-1, 0, 0, 0]"))],
@@ -117,8 +112,7 @@ MISTAKES = {
     ),
     "reference that is no camera": (
         [("reference: right", "reference: rigth")],
-        "recording.yaml:9:14: head.reference: 'rigth' is no camera, expected one of right, left; "
-        "did you mean right?",
+        "recording.yaml:9:14: head.reference: 'rigth' is no camera, expected one of right, left; did you mean right?",
     ),
     "pose of the reference": (
         [("intrinsics: calibrate", "intrinsics: calibrate, pose: calibrate")],
@@ -137,8 +131,7 @@ MISTAKES = {
     ),
     "unknown kind of target": (
         [("kind: chessboard", "kind: chesboard")],
-        "recording.yaml:17:16: target.kind: is the text 'chesboard', expected one of ... did you "
-        "mean chessboard?",
+        "recording.yaml:17:16: target.kind: is the text 'chesboard', expected one of ... did you mean chessboard?",
     ),
     "no target": (
         [(TARGET, "target: none")],
@@ -213,9 +206,7 @@ def test_conventions_of_flange_poses_are_never_guessed(tmp_path: Path) -> None:
 def test_makers_dialect_misspelled(tmp_path: Path) -> None:
     spoiled = changed(RECORDING, ("positions: joints", FLANGE.replace("quaternion-xyzw", "kukka")))
     (finding,) = findings_of(write_example(tmp_path, spoiled, POSES))
-    assert finding.startswith(
-        "recording.yaml:8:16: robot.orientation: is the text 'kukka', expected quaternion-wxyz"
-    )
+    assert finding.startswith("recording.yaml:8:16: robot.orientation: is the text 'kukka', expected quaternion-wxyz")
     assert finding.endswith("did you mean kuka?")
 
 
@@ -231,9 +222,7 @@ def test_robot_without_kinematics_needs_label_and_flange_poses(tmp_path: Path) -
 
 
 def test_one_run_names_the_mistakes_of_all_files(tmp_path: Path) -> None:
-    spoiled = changed(
-        RECORDING, ("length: mm", "length: furlong"), ("kind: chess", "kind: dots-"), ("1234.15", "no")
-    )
+    spoiled = changed(RECORDING, ("length: mm", "length: furlong"), ("kind: chess", "kind: dots-"), ("1234.15", "no"))
     shots = changed(SHOTS, ("s4,p2,calibrate", "s4,p2,x"), ("a.png,,", "c.png,,"))
     places = [f.split(" ")[0] for f in findings_of(write_example(tmp_path, spoiled, shots))]
     assert places == [

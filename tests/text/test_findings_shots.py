@@ -9,8 +9,7 @@ from sixthlink.files import read_recording
 
 NUMBER = "expected a finite number; write it with a decimal point and without unit"
 IMAGE = (
-    "expected an image in the folder of the recording; "
-    "copy the image there, correct the name, or leave the cell empty"
+    "expected an image in the folder of the recording; copy the image there, correct the name, or leave the cell empty"
 )
 ALL_COLUMNS = "shot, placement, kind, mark, q1, q2, q3, q4, q5, q6, image_right, image_left"
 
@@ -34,7 +33,10 @@ MISTAKES = {
          "add it",
          f"1:12: image_lft: the column is not known here, expected {ALL_COLUMNS}; did you mean image_left?"],
     ),
-    "column twice": ([(",q6,", ",q5,")], ["1:10: q5: the column is there twice, expected once; remove one of them"]),
+    "column twice": (
+        [(",q6,", ",q5,")],
+        ["1:10: q5: the column is there twice, expected once; remove one of them"],
+    ),
     "name used twice": (
         [("s2,p1", "s1,p1")],
         ["3:1: shot: 's1' is the name of the shot in line 2 too, expected each name once; rename "
@@ -120,8 +122,7 @@ def test_link_out_of_the_folder(tmp_path: Path) -> None:
     (folder / "b.png").unlink()
     (folder / "b.png").symlink_to(tmp_path / "secret.png")
     assert set(findings_of(folder)) == {
-        f"shots.csv:{line}:12: image_left: 'b.png' leaves the folder of the recording, {IMAGE}"
-        for line in (2, 3, 5, 6)
+        f"shots.csv:{line}:12: image_left: 'b.png' leaves the folder of the recording, {IMAGE}" for line in (2, 3, 5, 6)
     }
     (folder / "b.png").unlink()
     (folder / "b.png").symlink_to("a.png")
@@ -151,9 +152,7 @@ def test_sheared_and_mirrored_matrices(tmp_path: Path) -> None:
         f"s{i},p1,calibrate,1,2,3,{row},a.png,b.png\n" for i, row in enumerate(rows)
     )
     sheared, mirrored = findings_of(write_example(tmp_path, recording, shots))
-    assert sheared.startswith(
-        "shots.csv:3:7: r11: matrix is not a rotation: its columns miss orthonormality by 0.1"
-    )
+    assert sheared.startswith("shots.csv:3:7: r11: matrix is not a rotation: its columns miss orthonormality by 0.1")
     assert mirrored.startswith("shots.csv:4:7: r11: matrix is mirrored (determinant -1)")
 
 
@@ -177,10 +176,8 @@ BAD_PIXELS = {
     "number the points as docs/formats.md shows",
     "s9,right,0,1,2": "1: shot: 's9' is not known, expected one of s1, s2, s3, s4, r1; correct or add it",
     "s1,middle,0,1,2": "2: camera: 'middle' is not known, expected one of right, left; correct or add it",
-    "r1,right,B,5,6": "3: point: is 'B', expected A, the mark of the shot; number the points "
-    "as docs/formats.md shows",
-    "s1,right,0,9,9": "3: point: is there already, in line 2, expected each point once per "
-    "image; remove one of them",
+    "r1,right,B,5,6": "3: point: is 'B', expected A, the mark of the shot; number the points as docs/formats.md shows",
+    "s1,right,0,9,9": "3: point: is there already, in line 2, expected each point once per image; remove one of them",
     "s2,left,1,inf,2": f"4: u_px: is 'inf', {NUMBER}",
 }
 

@@ -99,9 +99,7 @@ def calibration(names: str = "") -> Calibration:
         solver="paper" + names,
         X=of.head.nominal,
         arm=of.arm,
-        rig=CameraRig(
-            tuple(c.name for c in of.head.cameras), (lens, lens), np.stack([np.eye(4), T_left_head])
-        ),
+        rig=CameraRig(tuple(c.name for c in of.head.cameras), (lens, lens), np.stack([np.eye(4), T_left_head])),
         cameras=(evidence, evidence),
         stereo_rms_px=0.093,
         placements=tuple(dict.fromkeys(of.placements)),
@@ -137,9 +135,7 @@ def words(page: str) -> str:
     """What a reader sees, spaces made plain; parsing as XML proves that every element is closed."""
     body = ET.fromstring(page).find("body")
     assert body is not None
-    return re.sub(r"\s+", " ", " ".join(t for t in body.itertext() if t.strip())).replace(
-        "\N{NO-BREAK SPACE}", " "
-    )
+    return re.sub(r"\s+", " ", " ".join(t for t in body.itertext() if t.strip())).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def shown(**changes: object) -> str:
@@ -203,8 +199,7 @@ def test_the_matrix_can_be_copied_into_a_program() -> None:
     head = calibration()
     page = ET.fromstring(report_page(head, recording=recording()))
     T_flange_head_mm, T_link5_head_mm = (
-        np.array([[float(v) for v in row.split()] for row in (pre.text or "").splitlines()])
-        for pre in page.iter("pre")
+        np.array([[float(v) for v in row.split()] for row in (pre.text or "").splitlines()]) for pre in page.iter("pre")
     )
     for written, T in ((T_flange_head_mm, head.X), (T_link5_head_mm, transform_from_paper_numbers(TABLE_I))):
         assert np.abs(written[:, :3] - T[:, :3]).max() < 1e-10
@@ -232,9 +227,7 @@ def test_every_figure_of_evidence_has_its_unit() -> None:
 
 
 def test_a_refusing_gate_is_named_in_the_verdict() -> None:
-    text = shown(
-        gates=(Gate("enough shots", True, "6 of 6"), Gate("search agrees", False, "1 of 8 swarms; use more"))
-    )
+    text = shown(gates=(Gate("enough shots", True, "6 of 6"), Gate("search agrees", False, "1 of 8 swarms; use more")))
     assert "✗ Refused Refused by “search agrees”: 1 of 8 swarms; use more." in text
     assert "✓ Accepted" not in text
 
@@ -251,9 +244,7 @@ def test_without_a_length_check_accuracy_is_called_unproven() -> None:
 
 
 def test_a_check_without_nominal_head_says_why_there_is_no_before() -> None:
-    text = words(
-        report_page(calibration(), recording=recording(), check=replace(length_check(), before_m=None))
-    )
+    text = words(report_page(calibration(), recording=recording(), check=replace(length_check(), before_m=None)))
     assert "names no nominal head" in text
     assert "→ 0.417 mm" not in text
     assert "No. placement after [mm] error [mm]" in text
@@ -271,9 +262,7 @@ def test_a_fixed_camera_has_no_six_numbers() -> None:
 
 def test_recorded_poses_have_neither_cameras_nor_images() -> None:
     poses = replace(calibration(), rig=None, cameras=(), arm=None)
-    of = replace(
-        recording(), arm=None, joints=None, target=None, Ts_base_flange=np.tile(np.eye(4), (6, 1, 1))
-    )
+    of = replace(recording(), arm=None, joints=None, target=None, Ts_base_flange=np.tile(np.eye(4), (6, 1, 1)))
     page = report_page(poses, recording=of, read_image=lambda shot, camera: pytest.fail("no image is needed"))
     text = words(page)
     assert "What the cameras saw" not in text
@@ -329,14 +318,10 @@ def test_the_page_asks_nobody_for_anything() -> None:
     assert "url(" not in page
     assert "@import" not in page
     tree = ET.fromstring(page)
-    references = [
-        v for e in tree.iter() for name, v in e.attrib.items() if name in {"src", "href", "data", "action"}
-    ]
+    references = [v for e in tree.iter() for name, v in e.attrib.items() if name in {"src", "href", "data", "action"}]
     assert len(references) > 0
     assert all(v.startswith("data:image/") for v in references)
-    policy = next(
-        e.get("content") for e in tree.iter("meta") if e.get("http-equiv") == "Content-Security-Policy"
-    )
+    policy = next(e.get("content") for e in tree.iter("meta") if e.get("http-equiv") == "Content-Security-Policy")
     assert policy is not None
     assert policy.startswith("default-src 'none'")
 
@@ -352,9 +337,7 @@ def test_points_are_drawn_where_they_were_found() -> None:
     # The first pixel's centre is (0, 0), so the picture begins half a pixel before it.
     assert svg.get("viewBox") == f"-0.5 -0.5 {WIDTH} {HEIGHT}"
     crosses = next(e.get("d", "") for e in svg.iter("path") if e.get("class") == "found")
-    centres = {
-        (float(u) + float(h) / 2, float(v)) for u, v, h in re.findall(r"M([\d.]+) ([\d.]+)h([\d.]+)", crosses)
-    }
+    centres = {(float(u) + float(h) / 2, float(v)) for u, v, h in re.findall(r"M([\d.]+) ([\d.]+)h([\d.]+)", crosses)}
     assert centres == {(100.0 + 60.0 * column, 100.0 + 60.0 * row) for column in range(5) for row in range(4)}
     ring = next(svg.iter("circle"))
     assert (float(ring.get("cx", "0")), float(ring.get("cy", "0"))) == (100.0, 100.0)
@@ -368,15 +351,11 @@ def test_images_become_small_and_keep_their_light() -> None:
     cv2 = pytest.importorskip("cv2")
     image = np.full((1500, 2000), 1000, np.uint16)
     image[:, 1000:] = 4000  # twelve bits in sixteen
-    page = report_page(
-        calibration(), recording=recording(), detections=detections(), read_image=lambda s, c: image
-    )
+    page = report_page(calibration(), recording=recording(), detections=detections(), read_image=lambda s, c: image)
     data = [v for e in ET.fromstring(page).iter("image") if (v := e.get("href")) is not None]
     # Worst, best and the worst of the other placement (which is the best's), two cameras each.
     assert 4 <= len(data) <= 12
-    small = cv2.imdecode(
-        np.frombuffer(base64.b64decode(data[0].split(",")[1]), np.uint8), cv2.IMREAD_GRAYSCALE
-    )
+    small = cv2.imdecode(np.frombuffer(base64.b64decode(data[0].split(",")[1]), np.uint8), cv2.IMREAD_GRAYSCALE)
     assert small.shape == (480, 640)
     assert small[:, :300].mean() == pytest.approx(255 / 4, abs=4)
     assert small[:, 340:].mean() == pytest.approx(255, abs=4)
@@ -413,9 +392,7 @@ def test_no_number_is_ever_nan() -> None:
 
 def test_a_verification_elsewhere_draws_none_of_its_own_shots() -> None:
     elsewhere = replace(recording(), name="cell 8")
-    text = words(
-        report_page(calibration(), recording=elsewhere, detections=detections(), check=length_check())
-    )
+    text = words(report_page(calibration(), recording=elsewhere, detections=detections(), check=length_check()))
     assert "Verified on another recording: cell 8" in text
     assert "What the cameras saw" not in text
 

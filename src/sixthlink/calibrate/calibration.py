@@ -134,9 +134,7 @@ class Calibration:
     @property
     def scatter(self) -> Scatter:
         """Residual of eq. (10) per used shot."""
-        return Scatter(
-            np.array([s.translation_m for s in self.shots]), np.array([s.rotation_rad for s in self.shots])
-        )
+        return Scatter(np.array([s.translation_m for s in self.shots]), np.array([s.rotation_rad for s in self.shots]))
 
     @property
     def accepted(self) -> bool:

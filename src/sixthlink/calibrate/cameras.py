@@ -2,9 +2,9 @@
 
 Given lenses and poses are kept; the rest is refined together over all cameras and shots. Which lens terms are free is
 decided by the data: k1 always; k2, p1 and p2 to begin with; k3 only with twenty views or more. A term that comes out
-smaller than its own standard deviation is put to zero and the rest refined again: first k3, then the pair p1 and
-p2, then k2 where k3 is already gone. A superfluous term does no harm between the corners that were seen, but bends
-the image outside them.
+smaller than three of its own standard deviations is put to zero and the rest refined again: first k3, then the pair
+p1 and p2, then k2 where k3 is already gone. A superfluous term does no harm between the corners that were seen, but
+bends the image outside them.
 """
 
 from __future__ import annotations
@@ -37,6 +37,9 @@ STAGE = "calibrating cameras"
 
 VIEWS_FOR_K3 = 20
 """Fewer views than this seldom reach the corners of the image in which k3 shows."""
+
+SUPPORT = 3.0
+"""Standard deviations by which a lens term must stand out from zero to be kept."""
 
 LARGEST_FOCAL_SHARE = 0.05
 """A focal length less certain than this share of itself is no result: the views hardly tilt."""
@@ -79,9 +82,7 @@ class _Start:
     rejections: list[Rejection]
 
 
-def calibrate_rig(
-    recording: Recording, detections: Detections, *, progress: Progress | None = None
-) -> RigCalibration:
+def calibrate_rig(recording: Recording, detections: Detections, *, progress: Progress | None = None) -> RigCalibration:
     """Calibrate what the recording does not give of its cameras.
 
     Args:
@@ -95,9 +96,7 @@ def calibrate_rig(
     """
     listener = progress or Silent()
     if recording.target is None or not recording.head.cameras:
-        raise CalibrationError(
-            "the recording describes no target or no camera, so there is no camera to calibrate"
-        )
+        raise CalibrationError("the recording describes no target or no camera, so there is no camera to calibrate")
     start = _start(recording, detections, listener)
     listener.step(STAGE, 2, 4)
     given = np.array([d.camera is not None for d in recording.head.cameras])
@@ -189,7 +188,8 @@ def _refined(
     shots = sorted(start.Ts_head_target.keys() & set(d.shots.tolist()))
     if not shots:
         raise CalibrationError(
-            "no calibration shot shows the target well enough to locate it; check the images and the target's description"
+            "no calibration shot shows the target well enough to locate it; "
+            "check the images and the target's description"
         )
     rows = np.flatnonzero(np.isin(d.shots, shots))
     rows = rows[np.argsort(d.shots[rows], kind="stable")]
@@ -222,7 +222,7 @@ def _with_supported_terms(problem: RigProblem, fit: RigFit) -> tuple[RigProblem,
         for c, camera in enumerate(lenses):
             without_k3 = group != ("k2",) or not free[c, LENS_NAMES.index("k3")]
             values = np.array([camera.distortion[k - 4] for k in columns])
-            if free[c, columns].all() and without_k3 and (np.abs(values) < stds[c, columns]).all():
+            if free[c, columns].all() and without_k3 and (np.abs(values) < SUPPORT * stds[c, columns]).all():
                 free[c, columns] = False
                 distortion = camera.distortion.copy()
                 distortion[[k - 4 for k in columns]] = 0.0
@@ -249,23 +249,17 @@ def _refuse_uncertain_focal(fit: RigFit, problem: RigProblem) -> None:
             )
 
 
-def _result(
-    start: _Start, problem: RigProblem, fit: RigFit, calibrated: npt.NDArray[np.bool_]
-) -> RigCalibration:
+def _result(start: _Start, problem: RigProblem, fit: RigFit, calibrated: npt.NDArray[np.bool_]) -> RigCalibration:
     stds = _lens_stds(problem, fit)
     evidence = []
     for c in range(len(calibrated)):
         rows = problem.cameras == c
         rms = float(np.sqrt(np.mean(fit.residuals_px[rows] ** 2))) if rows.any() else 0.0
-        evidence.append(
-            CameraEvidence(bool(calibrated[c]), len(np.unique(problem.slots[rows])), rms, stds[c])
-        )
+        evidence.append(CameraEvidence(bool(calibrated[c]), len(np.unique(problem.slots[rows])), rms, stds[c]))
     seen = np.zeros((len(fit.Ts_head_target), len(calibrated)), dtype=bool)
     seen[problem.slots, problem.cameras] = True
     shared = (seen.sum(axis=1) > 1)[problem.slots]
-    names = [
-        f"{fit.rig.names[c]}.{LENS_NAMES[k]}" for c, k in zip(*np.nonzero(problem.free_lens), strict=True)
-    ]
+    names = [f"{fit.rig.names[c]}.{LENS_NAMES[k]}" for c, k in zip(*np.nonzero(problem.free_lens), strict=True)]
     motion = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
     names += [f"{fit.rig.names[c]}.{m}" for c in np.flatnonzero(problem.free_pose) for m in motion]
     return RigCalibration(

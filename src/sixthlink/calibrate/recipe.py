@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from sixthlink.calibrate.calibration import Calibration, CameraEvidence, Gate, ShotEvidence
+from sixthlink.calibrate.calibration import Calibration, Gate, ShotEvidence
 from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.half_turns import half_turn_transform, opposite_readings
 from sixthlink.calibrate.head import (
@@ -25,6 +25,7 @@ from sixthlink.calibrate.head import (
     search_box,
     search_head,
 )
+from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
 from sixthlink.errors import TooFewShotsError
 from sixthlink.geometry import Floats, Ints, inverse
@@ -76,6 +77,18 @@ class _Usable:
     half_turned: npt.NDArray[np.bool_]
 
 
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """One pass through eq. (11)."""
+
+    usable: _Usable
+    targets: TargetPoses | None
+    X_link5: Floats
+    search: SearchReport
+    pairs: int
+    rejected: tuple[Rejection, ...]
+
+
 def calibrate_head(
     recording: Recording,
     detections: Detections | None,
@@ -100,17 +113,11 @@ def calibrate_head(
     Raises:
         TooFewShotsError: No placement has three usable shots.
     """
-    shots, targets = _located(recording, detections, cameras)
-    rejected = rejections + (cameras.rejections if cameras else ()) + (targets.rejections if targets else ())
-    usable = _usable(recording, shots, targets, rejected)
-    eq11 = objective(usable.problem, options.rotation_length_m)
-    X_link5, search = search_head(
-        eq11,
-        search_box(usable.problem),
-        seed=options.seed,
-        budget=options.budget,
-        progress=progress,
-    )
+    solution = _solved(recording, detections, cameras, options, progress, rejections)
+    if cameras and len(cameras.cameras) == 1 and cameras.cameras[0].calibrated:
+        cameras = _with_robot(recording, cameras, solution)
+        solution = _solved(recording, detections, cameras, options, progress, rejections)
+    usable, targets, X_link5 = solution.usable, solution.targets, solution.X_link5
     return Calibration(
         recording=recording.name,
         mount=recording.mount,
@@ -122,16 +129,48 @@ def calibrate_head(
         stereo_rms_px=cameras.stereo_rms_px if cameras else 0.0,
         placements=usable.placements,
         Ts_base_target=placement_poses(usable.problem, X_link5),
-        value_m2=search.value_m2,
+        value_m2=solution.search.value_m2,
         rotation_length_m=options.rotation_length_m,
-        pairs=eq11.pairs,
-        search=search,
+        pairs=solution.pairs,
+        search=solution.search,
         shots=_shot_evidence(recording, usable, targets, scatter(usable.problem, X_link5)),
-        rejections=rejected,
-        gates=_gates(recording, usable, search),
+        rejections=solution.rejected,
+        gates=_gates(recording, usable, solution.search),
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )
+
+
+def _solved(  # noqa: PLR0917 - what calibrate_head was given
+    recording: Recording,
+    detections: Detections | None,
+    cameras: RigCalibration | None,
+    options: SolveOptions,
+    progress: Progress,
+    rejections: tuple[Rejection, ...],
+) -> _Solution:
+    """Target poses, eq. (11), search and polish, with the cameras as they are."""
+    shots, targets = _located(recording, detections, cameras)
+    rejected = rejections + (cameras.rejections if cameras else ()) + (targets.rejections if targets else ())
+    usable = _usable(recording, shots, targets, rejected)
+    eq11 = objective(usable.problem, options.rotation_length_m)
+    X_link5, search = search_head(
+        eq11, search_box(usable.problem), seed=options.seed, budget=options.budget, progress=progress
+    )
+    return _Solution(usable, targets, X_link5, search, eq11.pairs, rejected)
+
+
+def _with_robot(recording: Recording, cameras: RigCalibration, solution: _Solution) -> RigCalibration:
+    """A single camera whose lens the robot has helped to determine, its detections named alike in all shots."""
+    usable, target = solution.usable, recording.target
+    if target is None:
+        return cameras
+    if target.half_turn is not None:
+        turned = np.isin(cameras.detections.shots, usable.shots[usable.half_turned])
+        named = cameras.detections.points
+        points = np.where(turned, target.half_turn[named], named)
+        cameras = replace(cameras, detections=replace(cameras.detections, points=points))
+    return refine_lens_with_robot(cameras, target.points_m, usable.shots, usable.problem, solution.X_link5)
 
 
 def _T_link5_outer(recording: Recording) -> Floats:
@@ -150,16 +189,14 @@ def _located(
         return wanted, None
     if recording.target is None:
         raise ValueError("pixels need a target to be explained by")
-    seen = selected(detections, np.isin(detections.shots, wanted))
+    seen = selected(cameras.detections, np.isin(cameras.detections.shots, wanted))
     targets = locate_targets(
         cameras.rig, recording.target.points_m, seen, recording.ids, half_turn=recording.target.half_turn
     )
     return targets.shots, targets
 
 
-def _usable(
-    recording: Recording, shots: Ints, targets: TargetPoses | None, rejected: Sequence[Rejection]
-) -> _Usable:
+def _usable(recording: Recording, shots: Ints, targets: TargetPoses | None, rejected: Sequence[Rejection]) -> _Usable:
     try:
         placements, names = placement_indices(recording, shots)
         Ts_outer = flange_poses_of(recording)[shots]
@@ -212,7 +249,7 @@ def _gates(recording: Recording, usable: _Usable, search: SearchReport) -> tuple
         Gate(
             "search agrees",
             search.agreeing >= min(MINIMUM_AGREEING, search.budget.swarms),
-            f"{search.agreeing} of {search.budget.swarms} swarms ended at the same optimum, at least {MINIMUM_AGREEING} are "
-            "needed; more swarms or iterations help",
+            f"{search.agreeing} of {search.budget.swarms} swarms ended at the same optimum, at least "
+            f"{MINIMUM_AGREEING} are needed; more swarms or iterations help",
         ),
     )

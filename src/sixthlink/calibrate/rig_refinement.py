@@ -193,9 +193,7 @@ def _fit(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats, system: _S
     G, S, M = len(system.shared), len(system.own), len(problem.slots)
     freedom = 2 * M - G - 6 * S
     if freedom < 1:
-        raise CalibrationError(
-            f"{2 * M} pixel coordinates cannot carry {G + 6 * S} unknowns; record more shots"
-        )
+        raise CalibrationError(f"{2 * M} pixel coordinates cannot carry {G + 6 * S} unknowns; record more shots")
     crossed = np.swapaxes(system.cross, 1, 2)
     information = system.shared - (crossed @ np.linalg.solve(system.own, system.cross)).sum(axis=0)
     if G:

@@ -133,7 +133,7 @@ def view_poses(name: str, camera: Camera, points_m: Floats, seen: Detections) ->
     return {int(s): T for s, T in zip(located.shots, located.Ts_head_target, strict=True)}
 
 
-def start_pose(
+def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over and what is given
     names: tuple[str, str],
     Ts_reference_target: dict[int, Floats],
     Ts_camera_target: dict[int, Floats],
@@ -200,7 +200,8 @@ def _refuse_contradiction(
 ) -> None:
     if given is not None and exchanged > agreeing:
         raise CalibrationError(
-            f"the images of {names[0]!r} and {names[1]!r} look exchanged in {exchanged} of {total} shots: the given pose "
+            f"the images of {names[0]!r} and {names[1]!r} look exchanged in {exchanged} of {total} shots: the "
+            "given pose "
             "between the cameras fits the other way round; exchange their image columns"
         )
     if given is not None and not agreeing:

@@ -12,7 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.camera import CameraRig, pixel_jacobian, rays_from_pixels
-from sixthlink.geometry import Floats, Ints, apply_motion, hat, inverse, nearest_rotation, rotation_angle, transform
+from sixthlink.geometry import (
+    Floats,
+    Ints,
+    apply_motion,
+    hat,
+    inverse,
+    nearest_rotation,
+    rotation_angle,
+    transform,
+)
 from sixthlink.recording import Detections, Rejection, selected
 
 __all__ = ["MINIMUM_POINTS", "TargetPoses", "locate_targets"]
@@ -203,10 +212,12 @@ def _planar_poses(points_m: Floats, rays: Floats) -> Floats:
     xy = (points_m[:, :2] - centre) / spread
     one, zero = np.ones(len(xy)), np.zeros((len(xy), 3))
     plane = np.column_stack([xy, one])
-    A = np.concatenate([
-        np.hstack([plane, zero, -rays[:, :1] * plane]),
-        np.hstack([zero, plane, -rays[:, 1:] * plane]),
-    ])
+    A = np.concatenate(
+        [
+            np.hstack([plane, zero, -rays[:, :1] * plane]),
+            np.hstack([zero, plane, -rays[:, 1:] * plane]),
+        ]
+    )
     H = np.linalg.svd(A, full_matrices=False)[2][-1].reshape(3, 3)
     H = H * np.sign(H[2, 2]) / np.sqrt(np.linalg.norm(H[:, 0]) * np.linalg.norm(H[:, 1]))
     R = nearest_rotation(np.column_stack([H[:, 0], H[:, 1], np.cross(H[:, 0], H[:, 1])]))

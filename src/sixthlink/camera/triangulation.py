@@ -38,7 +38,7 @@ def triangulate(rig: CameraRig, cameras: Floats, pixels: Floats, noise_px: float
         if np.linalg.norm(step) < 1e-12 * max(1.0, float(np.linalg.norm(point))):
             break
     residual, jacobian = _residual(rig, seen, pixels, point)
-    covariance = noise_px**2 * np.linalg.inv(jacobian.T @ jacobian)
+    covariance: Floats = np.asarray(noise_px**2 * np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
     return point, covariance, float(np.sqrt(np.mean(residual**2)))
 
 
@@ -51,7 +51,7 @@ def _midpoint(rig: CameraRig, seen: list[int], pixels: Floats) -> Floats:
         ray = ray / np.linalg.norm(ray)
         P = np.eye(3) - np.outer(ray, ray)
         A, b = A + P, b + P @ (-R.T @ t)
-    return np.linalg.solve(A, b)
+    return np.asarray(np.linalg.solve(A, b), dtype=np.float64)
 
 
 def _residual(rig: CameraRig, seen: list[int], pixels: Floats, point: Floats) -> tuple[Floats, Floats]:

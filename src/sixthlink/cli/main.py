@@ -43,7 +43,7 @@ def _command(**settings: Any) -> Callable[[Callable[..., int]], click.Command]:
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(package_name="sixthlink")
 def main() -> None:
-    """Calibrate a camera or stereo head as the last link of a robot arm, and prove it on a length standard.
+    r"""Calibrate a camera or stereo head as the last link of a robot arm, and prove it on a length standard.
 
     \b
     A first result, from nothing:
@@ -94,11 +94,12 @@ def robots(*, as_json: bool) -> int:
 @click.option("--seed", default=0, show_default=True, help="Seed of every chance in the scene.")
 @click.option("--no-images", is_flag=True, help="Write noisy pixels instead of images (seconds instead of minutes).")
 @click.option(
-    "--scale-placements", default=0, show_default=True, help="Further ruler placements of kind scale, for calibration."
+    "--scale-placements",
+    default=0,
+    show_default=True,
+    help="Further ruler placements of kind scale, for calibration.",
 )
-def simulate(
-    out: Path, *, scenario: str, seed: int, no_images: bool, scale_placements: int, as_json: bool
-) -> int:
+def simulate(out: Path, *, scenario: str, seed: int, no_images: bool, scale_placements: int, as_json: bool) -> int:
     """Simulate a recording into OUT, and its truth into OUT/truth."""
     from sixthlink.workflow import simulate_folder
 
@@ -121,7 +122,13 @@ def simulate(
 
 @_command()
 @click.argument("recording", type=_FOLDER)
-@click.option("--solve", type=click.Choice(["paper"]), default="paper", show_default=True, help="Estimator: paper is eq. (11) with QPSO and polish.")
+@click.option(
+    "--solve",
+    type=click.Choice(["paper"]),
+    default="paper",
+    show_default=True,
+    help="Estimator: paper is eq. (11) with QPSO and polish.",
+)
 @click.option("--arm", type=_FILE, help="Arm file that replaces the recording's own kinematics.")
 @click.option("--out", type=_FOLDER, help="Folder for the result.  [default: RECORDING/result]")
 @click.option("--seed", default=0, show_default=True, help="Seed of the swarms.")
@@ -132,7 +139,7 @@ def simulate(
     "--rotation-length-m",
     default=1.0,
     show_default=True,
-    help="Metres that one unit of a rotation entry counts in eq. (11): 1 for metres, 0.001 for the paper's millimetres.",
+    help="Metres that one unit of a rotation entry counts in eq. (11); the paper's millimetres are 0.001.",
 )
 def calibrate(
     recording: Path,
@@ -170,9 +177,7 @@ def calibrate(
 @click.option("--result", type=_FILE, help="result.json, or its folder.  [default: RECORDING/result]")
 @click.option("--arm", type=_FILE, help="Arm file that replaces the kinematics.")
 @click.option("--limit-mm", type=float, help="Largest RMS length error that is accepted [mm]; beyond it exit code 1.")
-def verify(
-    recording: Path, *, result: Path | None, arm: Path | None, limit_mm: float | None, as_json: bool
-) -> int:
+def verify(recording: Path, *, result: Path | None, arm: Path | None, limit_mm: float | None, as_json: bool) -> int:
     """Measure the length standard of a RECORDING with a calibration: the proof of its accuracy.
 
     One row per placement, before (nominal head and arm) and after. Shots that the calibration has seen are refused.

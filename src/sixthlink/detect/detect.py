@@ -90,9 +90,7 @@ def _jobs(recording: Recording) -> list[_Job]:
     ]
 
 
-def _look(
-    recording: Recording, read_image: Callable[[int, int], GreyImage | NotFound], job: _Job
-) -> Found | NotFound:
+def _look(recording: Recording, read_image: Callable[[int, int], GreyImage | NotFound], job: _Job) -> Found | NotFound:
     image = read_image(job.shot, job.camera)
     if isinstance(image, NotFound):
         return image

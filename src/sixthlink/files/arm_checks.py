@@ -71,9 +71,7 @@ def _section_findings(marked: MarkedYaml, joint_count: int) -> list[Finding]:
     tables = ("links", "flange", "couplings")
     wrong = {"steps": tables, "dh": ("steps",), "mdh": ("steps",)}.get(convention, ())
     findings = [
-        yaml_finding(
-            marked, (key,), f"does not belong to convention {convention}", "", "remove it", at_key=True
-        )
+        yaml_finding(marked, (key,), f"does not belong to convention {convention}", "", "remove it", at_key=True)
         for key in wrong
         if key in marked.value
     ]
@@ -99,9 +97,7 @@ def _step_findings(marked: MarkedYaml, names: list[str]) -> list[Finding]:
         parameter, driven = entry.get("parameter"), entry.get("joints")
         if isinstance(parameter, str) and counts[parameter] > 1:
             what = f"{parameter!r} names {counts[parameter]} steps"
-            findings.append(
-                yaml_finding(marked, (*keys, "parameter"), what, "a name of its own", "rename it")
-            )
+            findings.append(yaml_finding(marked, (*keys, "parameter"), what, "a name of its own", "rename it"))
         for name, factor in driven.items() if isinstance(driven, dict) else ():
             if name in names and factor:
                 last_kind[name] = (keys, entry.get("kind"))
@@ -120,9 +116,7 @@ def _step_findings(marked: MarkedYaml, names: list[str]) -> list[Finding]:
         keys, kind = last_kind[names[-1]]
         cure = "turn the frame before and after this step so that the joint moves along z"
         findings.append(
-            yaml_finding(
-                marked, (*keys, "kind"), f"is {kind} for the last joint", "rz or tz, as the head's link", cure
-            )
+            yaml_finding(marked, (*keys, "kind"), f"is {kind} for the last joint", "rz or tz, as the head's link", cure)
         )
     return findings
 

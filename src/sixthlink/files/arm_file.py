@@ -157,9 +157,7 @@ def _arm_from_yaml(marked: MarkedYaml) -> Arm:
     return _arm_from_table(file, joints, units, tolerances)
 
 
-def _arm_from_table(
-    file: ArmFile, joints: list[Joint], joint_units: list[float], tolerances: Tolerances
-) -> Arm:
+def _arm_from_table(file: ArmFile, joints: list[Joint], joint_units: list[float], tolerances: Tolerances) -> Arm:
     length, angle = LENGTH_UNITS[file.units.length], ANGLE_UNITS[file.units.angle]
     links = [
         Link(
@@ -178,9 +176,7 @@ def _arm_from_table(
     ]
     f = file.flange
     flange = (
-        []
-        if f is None
-        else [f.x * length, f.y * length, f.z * length, f.yaw * angle, f.pitch * angle, f.roll * angle]
+        [] if f is None else [f.x * length, f.y * length, f.z * length, f.yaw * angle, f.pitch * angle, f.roll * angle]
     )
     return arm_from_links(
         file.name,

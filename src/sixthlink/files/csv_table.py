@@ -75,15 +75,9 @@ def read_csv(path: Path, findings: list[Finding]) -> CsvTable | None:
             begins = reader.line_num + 1
     except csv.Error as error:
         what = f"is not CSV: {error}"
-        findings.append(
-            Finding(where, "row", what, "", "look for a quote that is not closed", reader.line_num)
-        )
+        findings.append(Finding(where, "row", what, "", "look for a quote that is not closed", reader.line_num))
         return None
-    return (
-        CsvTable(where, header, tuple(rows), tuple(lines))
-        if _header_is_good(where, header, findings)
-        else None
-    )
+    return CsvTable(where, header, tuple(rows), tuple(lines)) if _header_is_good(where, header, findings) else None
 
 
 def check_columns(
@@ -108,9 +102,7 @@ def check_columns(
         if name not in required and name not in optional and not name.startswith(("x-", "note")):
             cure = did_you_mean(name, missing) or f"remove it, or call it x-{name} if it is for people only"
             expected = ", ".join(dict.fromkeys((*required, *optional)))
-            findings.append(
-                Finding(table.where, name, "the column is not known here", expected, cure, 1, number)
-            )
+            findings.append(Finding(table.where, name, "the column is not known here", expected, cure, 1, number))
 
 
 def column(table: CsvTable, name: str) -> tuple[str, ...]:
@@ -140,9 +132,7 @@ def numbers(table: CsvTable, columns: Sequence[str], findings: list[Finding]) ->
     return values if len(findings) == before else None
 
 
-def cell_finding(
-    table: CsvTable, cell: tuple[int, str], what: str, expected: str = "", cure: str = ""
-) -> Finding:
+def cell_finding(table: CsvTable, cell: tuple[int, str], what: str, expected: str = "", cure: str = "") -> Finding:
     """Finding at a cell, given by its row in the table and the name of its column."""
     row, name = cell
     number = table.header.index(name) + 1 if name in table.header else 0
@@ -154,15 +144,11 @@ def _text(path: Path, findings: list[Finding]) -> str | None:
     try:
         if path.stat().st_size > MOST_BYTES:
             what = f"has {path.stat().st_size} bytes"
-            findings.append(
-                Finding(where, "file", what, f"at most {MOST_BYTES}", "check that it is the right file")
-            )
+            findings.append(Finding(where, "file", what, f"at most {MOST_BYTES}", "check that it is the right file"))
             return None
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        findings.append(
-            Finding(where, "file", "does not exist", "a table with one row per shot or point", "add it")
-        )
+        findings.append(Finding(where, "file", "does not exist", "a table with one row per shot or point", "add it"))
     except OSError as error:
         cure = "check the rights of the file and its folder"
         findings.append(Finding(where, "file", f"cannot be read ({error.strerror})", "", cure))
@@ -185,12 +171,8 @@ def _header_is_good(where: str, header: tuple[str, ...], findings: list[Finding]
     for number, name in enumerate(header, start=1):
         if not name:
             findings.append(
-                Finding(
-                    where, "header", "has a column without name", "a name", "name it or remove it", 1, number
-                )
+                Finding(where, "header", "has a column without name", "a name", "name it or remove it", 1, number)
             )
         elif name in header[: number - 1]:
-            findings.append(
-                Finding(where, name, "the column is there twice", "once", "remove one of them", 1, number)
-            )
+            findings.append(Finding(where, name, "the column is there twice", "once", "remove one of them", 1, number))
     return len(findings) == before

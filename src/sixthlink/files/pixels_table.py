@@ -53,9 +53,7 @@ def read_pixels(table: CsvTable, names: PixelNames, findings: list[Finding]) -> 
     if sigmas is not None:
         for i in np.flatnonzero(sigmas[:, 0] <= 0.0):
             what = f"is {sigmas[i, 0]:g}"
-            findings.append(
-                cell_finding(table, (int(i), SIGMA), what, "above 0", "write the standard deviation")
-            )
+            findings.append(cell_finding(table, (int(i), SIGMA), what, "above 0", "write the standard deviation"))
     _check_repeats(table, zip(shots, cameras, points, strict=True), findings)
     if pixels is None or len(findings) > before:
         return None
@@ -78,9 +76,7 @@ def pixels_text(recording: Recording, detections: Detections) -> str:
     )
     for shot, camera, point, (u, v), sigma in zip(*(c.tolist() for c in columns), strict=True):
         name = marks[point] if recording.marks[shot] else point
-        writer.writerow(
-            [recording.ids[shot], recording.head.cameras[camera].name, name, repr(u), repr(v), repr(sigma)]
-        )
+        writer.writerow([recording.ids[shot], recording.head.cameras[camera].name, name, repr(u), repr(v), repr(sigma)])
     return text.getvalue()
 
 
@@ -91,9 +87,7 @@ def _indices(table: CsvTable, name: str, known: tuple[str, ...], findings: list[
         indices.append(number.get(word, -1))
         if word not in number:
             expected = f"one of {', '.join(known)}" if len(known) < 10 else "the name of a shot in shots.csv"
-            findings.append(
-                cell_finding(table, (i, name), f"'{word}' is not known", expected, "correct or add it")
-            )
+            findings.append(cell_finding(table, (i, name), f"'{word}' is not known", expected, "correct or add it"))
     return indices
 
 
@@ -120,6 +114,4 @@ def _check_repeats(table: CsvTable, rows: zip[tuple[int, int, int]], findings: l
     for i, row in enumerate(rows):
         if min(row) >= 0 and first.setdefault(row, i) != i:
             what = f"is there already, in line {table.lines[first[row]]}"
-            findings.append(
-                cell_finding(table, (i, "point"), what, "each point once per image", "remove one of them")
-            )
+            findings.append(cell_finding(table, (i, "point"), what, "each point once per image", "remove one of them"))

@@ -83,13 +83,9 @@ def _target(sections: Sections, length_m: float | None) -> Target | None:
     section = sections.valid.get("target")
     if not isinstance(section, dict):
         observations = sections.valid.get("observations")
-        if observations not in {None, TARGET_POSES} and (
-            section is not None or not sections.written("target")
-        ):
+        if observations not in {None, TARGET_POSES} and (section is not None or not sections.written("target")):
             cure = 'write for example "target: {kind: chessboard, columns: 12, rows: 9, square: 20}"'
-            add_finding(
-                sections, ("target",), "is missing", f"a target for observations: {observations}", cure
-            )
+            add_finding(sections, ("target",), "is missing", f"a target for observations: {observations}", cure)
         return None
     kind = section.get("kind")
     if kind not in TARGET_KINDS:
@@ -122,9 +118,7 @@ def _standard(sections: Sections, length_m: float | None) -> LengthStandard | No
         return None
     first, second = section.marks
     if first == second:
-        add_finding(
-            sections, ("length_standard", "marks"), "are the same", "two different names", "rename one"
-        )
+        add_finding(sections, ("length_standard", "marks"), "are the same", "two different names", "rename one")
         return None
     return LengthStandard(
         section.length * length_m,

@@ -128,9 +128,7 @@ def _joints(sections: Sections, description: Description, table: CsvTable, shots
     return joints
 
 
-def _flange_poses(
-    sections: Sections, description: Description, table: CsvTable, shots: Shots
-) -> Floats | None:
+def _flange_poses(sections: Sections, description: Description, table: CsvTable, shots: Shots) -> Floats | None:
     """Flange poses ``Ts_base_flange`` ``(N, 4, 4)``, or None when the recording has none."""
     robot = description.robot
     if robot.positions == JOINTS or robot.orientation is None:
@@ -143,9 +141,7 @@ def _flange_poses(
     return inverse(poses) if robot.direction == "T_flange_base" else poses
 
 
-def _target_poses(
-    sections: Sections, description: Description, table: CsvTable, shots: Shots
-) -> Floats | None:
+def _target_poses(sections: Sections, description: Description, table: CsvTable, shots: Shots) -> Floats | None:
     """Measured target poses ``Ts_head_target`` ``(N, 4, 4)``, or None when the recording has none."""
     orientation = description.target_orientation
     if orientation is None:
@@ -167,9 +163,7 @@ def _metric(description: Description, values: Floats | None, orientation: Orient
     return scaled
 
 
-def _pixels(
-    folder: Path, description: Description, shots: Shots, findings: list[Finding]
-) -> Detections | None:
+def _pixels(folder: Path, description: Description, shots: Shots, findings: list[Finding]) -> Detections | None:
     """Detections of pixels.csv, or None when the recording has none."""
     if description.observations != PIXELS:
         return None

@@ -44,9 +44,7 @@ def head_of(sections: Sections, length_m: float | None) -> Head | None:
                 cure,
             )
         if section.reference is not None:
-            add_finding(
-                sections, ("head", "reference"), "is given without cameras", "", "remove it", at_key=True
-            )
+            add_finding(sections, ("head", "reference"), "is given without cameras", "", "remove it", at_key=True)
         names: list[str] = []
     else:
         if observations == TARGET_POSES:
@@ -76,9 +74,7 @@ def _ordered_names(sections: Sections, reference: str | None, cameras: dict[str,
         )
     elif reference not in cameras:
         cure = did_you_mean(reference, names) or "write one of them"
-        add_finding(
-            sections, ("head", "reference"), f"'{reference}' is no camera", f"one of {', '.join(names)}", cure
-        )
+        add_finding(sections, ("head", "reference"), f"'{reference}' is no camera", f"one of {', '.join(names)}", cure)
     return sorted(names, key=lambda name: name != reference)
 
 
@@ -107,9 +103,7 @@ def _camera(sections: Sections, name: str, head: HeadSection, length_m: float | 
         expected = "calibrate or T_camera_head for every camera but the reference"
         add_finding(sections, (*keys, "pose"), "is missing", expected, 'write for example "pose: calibrate"')
     elif isinstance(section.pose, PoseSection):
-        T_camera_head = _matrix(
-            sections, (*keys, "pose", "T_camera_head"), section.pose.T_camera_head, length_m
-        )
+        T_camera_head = _matrix(sections, (*keys, "pose", "T_camera_head"), section.pose.T_camera_head, length_m)
     return CameraDescription(name, width_px, height_px, camera, T_camera_head)
 
 
@@ -118,9 +112,7 @@ def _nominal(sections: Sections, section: HeadSection, length_m: float | None) -
     mount = sections.valid.get("mount")
     if section.nominal is None or mount is None:
         return None
-    right, wrong = (
-        ("T_flange_head", "T_base_head") if mount == EYE_IN_HAND else ("T_base_head", "T_flange_head")
-    )
+    right, wrong = ("T_flange_head", "T_base_head") if mount == EYE_IN_HAND else ("T_base_head", "T_flange_head")
     keys: Keys = ("head", "nominal")
     if getattr(section.nominal, wrong) is not None:
         cure = "write the other one, or remove nominal"

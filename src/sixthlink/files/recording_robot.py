@@ -82,22 +82,16 @@ def _check_way(sections: Sections, section: RobotSection) -> None:
     if len(given) != 1:
         what = f"has {' and '.join(given)}" if given else "does not say which robot it is"
         cure = 'write for example "name: abb_irb1400"' if not given else "keep one of them"
-        add_finding(
-            sections, ("robot",), what, "exactly one of name, arm, urdf, kinematics", cure, at_key=True
-        )
+        add_finding(sections, ("robot",), what, "exactly one of name, arm, urdf, kinematics", cure, at_key=True)
     if section.kinematics is not None and section.label is None:
         cure = 'write for example "label: Denso VS-6577"'
-        add_finding(
-            sections, ("robot", "label"), "is missing", "a name for people, because kinematics is none", cure
-        )
+        add_finding(sections, ("robot", "label"), "is missing", "a name for people, because kinematics is none", cure)
     if section.kinematics is None and section.label is not None:
         what = "is only for a robot with kinematics: none"
         add_finding(sections, ("robot", "label"), what, "", "remove it", at_key=True)
     if section.kinematics is not None and section.positions == JOINTS:
         cure = "give the robot's name or an arm file, or record flange poses"
-        add_finding(
-            sections, ("robot", "positions"), "is joints, but kinematics is none", "flange-poses", cure
-        )
+        add_finding(sections, ("robot", "positions"), "is joints, but kinematics is none", "flange-poses", cure)
 
 
 def _check_conventions(sections: Sections, section: RobotSection) -> None:
@@ -143,13 +137,8 @@ def _own_arm(sections: Sections, section: RobotSection, folder: Path, inputs: di
             if section.name in maker_names():
                 return load_arm(section.name, folder=folder)
             known = ", ".join(maker_names())
-            cure = (
-                did_you_mean(section.name, maker_names())
-                or "write an arm file and name it as arm: my_arm.yaml"
-            )
-            add_finding(
-                sections, ("robot", "name"), f"'{section.name}' is not known", f"one of {known}", cure
-            )
+            cure = did_you_mean(section.name, maker_names()) or "write an arm file and name it as arm: my_arm.yaml"
+            add_finding(sections, ("robot", "name"), f"'{section.name}' is not known", f"one of {known}", cure)
         elif section.arm is not None:
             path = _file(sections, ("robot", "arm"), folder, section.arm, inputs)
             return read_arm(path) if path else None
@@ -161,9 +150,7 @@ def _own_arm(sections: Sections, section: RobotSection, folder: Path, inputs: di
     return None
 
 
-def _file(
-    sections: Sections, keys: tuple[str, ...], folder: Path, name: str, inputs: dict[str, str]
-) -> Path | None:
+def _file(sections: Sections, keys: tuple[str, ...], folder: Path, name: str, inputs: dict[str, str]) -> Path | None:
     try:
         path = file_inside(folder, name)
     except ValueError as error:

@@ -190,9 +190,7 @@ class HeadSection(_Section):
     """The cameras, the reference among them, and the drawing's pose."""
 
     reference: Text | None = None
-    cameras: Annotated[
-        Annotated[Nothing, _WORD] | Annotated[dict[Name, CameraSection], _MAPPING], _CHOOSE
-    ] = NONE
+    cameras: Annotated[Annotated[Nothing, _WORD] | Annotated[dict[Name, CameraSection], _MAPPING], _CHOOSE] = NONE
     nominal: NominalSection | None = None
     pose_of: Text | None = None
 

@@ -58,9 +58,7 @@ def write_recording(
     atomic_write_text(folder / "shots.csv", _shots_text(recording))
     if recording.pixels is not None:
         atomic_write_text(folder / "pixels.csv", pixels_text(recording, recording.pixels))
-    atomic_write_text(
-        path, yaml_text(_sections(recording, robot))
-    )  # last: a folder without it is no recording
+    atomic_write_text(path, yaml_text(_sections(recording, robot)))  # last: a folder without it is no recording
 
 
 def _sections(recording: Recording, robot: Mapping[str, object]) -> dict[str, Any]:
@@ -163,9 +161,7 @@ def _shots_text(recording: Recording) -> str:
         "mark": recording.marks,
     }
     if recording.joints is not None:
-        columns |= {
-            f"q{j}": values for j, values in enumerate(_written_joints(recording).T.tolist(), start=1)
-        }
+        columns |= {f"q{j}": values for j, values in enumerate(_written_joints(recording).T.tolist(), start=1)}
     elif recording.Ts_base_flange is not None:
         columns |= _pose_columns("", recording.Ts_base_flange)
     observations = _observations(recording)

@@ -35,6 +35,7 @@ __all__ = ["RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict",
 
 RESULT_SCHEMA = "sixthlink-result/1"
 MAXIMUM_BYTES = 64 * 1024 * 1024
+_ARM_NAMES = {"kinds", "parameters", "joints"}
 
 
 def write_result(path: Path, calibration: Calibration) -> None:
@@ -59,9 +60,7 @@ def read_result(path: Path) -> Calibration:
         raise _fault(path, "", f"not JSON ({problem})", "a result.json", "run sixthlink calibrate again") from None
     if not isinstance(data, dict) or data.get("schema") != RESULT_SCHEMA:
         found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise _fault(
-            path, "schema", f"is {found!r}", repr(RESULT_SCHEMA), "read it with the release that wrote it"
-        )
+        raise _fault(path, "schema", f"is {found!r}", repr(RESULT_SCHEMA), "read it with the release that wrote it")
     try:
         return result_from_dict(data)
     except (KeyError, TypeError, ValueError) as problem:
@@ -133,9 +132,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         cameras=tuple(CameraEvidence(**entry["evidence"]) for entry in data["cameras"]),
         stereo_rms_px=data["stereo_rms_px"],
         placements=tuple(p["name"] for p in data["placements"]),
-        Ts_base_target=np.array(
-            [p["T_base_target" if in_hand else "T_flange_target"] for p in data["placements"]]
-        ),
+        Ts_base_target=np.array([p["T_base_target" if in_hand else "T_flange_target"] for p in data["placements"]]),
         value_m2=data["objective"]["value"],
         rotation_length_m=data["objective"]["rotation_length_m"],
         pairs=data["objective"]["pairs"],
@@ -201,7 +198,13 @@ def _rig_from_list(entries: list[Mapping[str, Any]]) -> CameraRig | None:
     if not entries:
         return None
     cameras = tuple(
-        Camera(*entry["image_size_px"], entry["focal_px"], entry["centre_px"], entry["distortion"])
+        Camera(
+            width_px=entry["image_size_px"][0],
+            height_px=entry["image_size_px"][1],
+            focal_px=entry["focal_px"],
+            centre_px=entry["centre_px"],
+            distortion=entry["distortion"],
+        )
         for entry in entries
     )
     return CameraRig(
@@ -229,7 +232,8 @@ def _arm_as_dict(arm: Arm) -> dict[str, Any]:
 
 
 def _arm_from_dict(data: Mapping[str, Any]) -> Arm:
-    return Arm(**{k: tuple(v) if k in {"kinds", "parameters", "joints"} else v for k, v in data.items()})
+    fields: dict[str, Any] = {k: tuple(v) if k in _ARM_NAMES else v for k, v in data.items()}
+    return Arm(**fields)
 
 
 def _or_none(value: Any, convert: Callable[[Any], Any]) -> Any:

@@ -22,9 +22,7 @@ UNION_TAG = "tag:"
 """Tags of the members of a union begin with this, so that they can be told from keys of the file."""
 
 
-def validated(
-    type_: Any, marked: MarkedYaml, keys: Keys, examples: Mapping[str, str]
-) -> tuple[Any, list[Finding]]:
+def validated(type_: Any, marked: MarkedYaml, keys: Keys, examples: Mapping[str, str]) -> tuple[Any, list[Finding]]:
     """Part of a file as the type that its schema asks for.
 
     Args:
@@ -158,9 +156,7 @@ def _neighbours(keys: Keys, examples: Mapping[str, str]) -> list[str]:
     """Keys that may stand beside the last of these."""
     parent = _pattern(keys[:-1])
     start = f"{parent}." if parent else ""
-    return [
-        e.removeprefix(start) for e in examples if e.startswith(start) and "." not in e.removeprefix(start)
-    ]
+    return [e.removeprefix(start) for e in examples if e.startswith(start) and "." not in e.removeprefix(start)]
 
 
 def _listed(words: Iterable[str]) -> str:

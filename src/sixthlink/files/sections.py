@@ -49,9 +49,7 @@ def read_sections(marked: MarkedYaml) -> Sections:
     for key in marked.value:
         if key not in SECTIONS:
             cure = did_you_mean(key, SECTIONS) or "remove it"
-            add_finding(
-                sections, (key,), "is not a section of a recording", ", ".join(SECTIONS), cure, at_key=True
-            )
+            add_finding(sections, (key,), "is not a section of a recording", ", ".join(SECTIONS), cure, at_key=True)
     for key, type_ in SECTIONS.items():
         if key in marked.value:
             value, findings = validated(type_, marked, (key,), EXAMPLES)

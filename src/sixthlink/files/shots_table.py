@@ -104,9 +104,7 @@ def check_image_files(
         if images and not any(names[i] for names in images.values()):
             expected, cure = "an image of at least one camera", "name the image, or remove the shot"
             findings.append(
-                cell_finding(
-                    table, (i, f"image_{next(iter(images))}"), "the shot has no image", expected, cure
-                )
+                cell_finding(table, (i, f"image_{next(iter(images))}"), "the shot has no image", expected, cure)
             )
     return files
 

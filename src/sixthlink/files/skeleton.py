@@ -102,9 +102,7 @@ def write_skeleton(folder: Path) -> list[Path]:
     """
     texts = {folder / "recording.yaml": _RECORDING, folder / "shots.csv": _SHOTS}
     cure = "choose another folder, or remove the file"
-    taken = [
-        Finding(str(path), "file", "exists already", "a new folder", cure) for path in texts if path.exists()
-    ]
+    taken = [Finding(str(path), "file", "exists already", "a new folder", cure) for path in texts if path.exists()]
     if taken:
         raise InputError(taken)
     folder.mkdir(parents=True, exist_ok=True)

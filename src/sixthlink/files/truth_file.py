@@ -25,9 +25,7 @@ def write_truth(path: Path, cell: SimulatedCell) -> None:
                 "distortion": camera.distortion.tolist(),
                 "T_camera_head": T.tolist(),
             }
-            for name, camera, T in zip(
-                truth.rig.names, truth.rig.cameras, truth.rig.Ts_camera_head, strict=True
-            )
+            for name, camera, T in zip(truth.rig.names, truth.rig.cameras, truth.rig.Ts_camera_head, strict=True)
         ],
         "joints_rad": dict(zip(cell.recording.ids, truth.joints.tolist(), strict=True)),
         "Ts_base_placement": {name: T.tolist() for name, T in truth.Ts_base_placement.items()},

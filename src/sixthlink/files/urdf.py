@@ -217,9 +217,7 @@ def _motion_steps(urdf: _Description, name: str, kind: str, moving: list[str]) -
     if turned:
         yield _Step("rz", f"{name}_azimuth", azimuth)
         yield _Step("ry", f"{name}_elevation", elevation)
-    yield _Step(
-        motion[0], f"{name}_{motion[1]}", -offset if down else offset, driver, -factor if down else factor
-    )
+    yield _Step(motion[0], f"{name}_{motion[1]}", -offset if down else offset, driver, -factor if down else factor)
     if turned:
         yield _Step("ry", f"{name}_lowering", -elevation)
         yield _Step("rz", f"{name}_return", -azimuth)
@@ -230,9 +228,7 @@ def _limits(urdf: _Description, name: str, kind: str) -> tuple[float, float]:
         return -ENDLESS_RAD, ENDLESS_RAD
     limit = urdf.joints[name].find("limit")
     if limit is None:
-        urdf.note(
-            name, "has no limit", "a limit with lower and upper", "add it, or make the joint continuous"
-        )
+        urdf.note(name, "has no limit", "a limit with lower and upper", "add it, or make the joint continuous")
         return -ENDLESS_RAD, ENDLESS_RAD
     lower, upper = _number(urdf, name, limit, "lower", 0.0), _number(urdf, name, limit, "upper", 0.0)
     if not lower < upper:
@@ -251,9 +247,7 @@ def _numbers(
     return default if element is None else _parsed(urdf, name, f"{tag} {key}", element.get(key, ""), default)
 
 
-def _parsed(
-    urdf: _Description, name: str, what: str, text: str, default: tuple[float, ...]
-) -> tuple[float, ...]:
+def _parsed(urdf: _Description, name: str, what: str, text: str, default: tuple[float, ...]) -> tuple[float, ...]:
     """Finite numbers of an attribute, as many as ``default`` has; ``default`` when it is absent or wrong."""
     if not text.strip():
         return default

@@ -85,14 +85,10 @@ def read_yaml(path: Path) -> MarkedYaml:
             raise InputError([Finding(where, "file", "is not a file", "a YAML file", "correct the path")])
         if size > MOST_BYTES:
             what = f"has {size} bytes"
-            raise InputError(
-                [Finding(where, "file", what, f"at most {MOST_BYTES}", "check that it is the right file")]
-            )
+            raise InputError([Finding(where, "file", what, f"at most {MOST_BYTES}", "check that it is the right file")])
         text = path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        raise InputError(
-            [Finding(where, "file", "does not exist", "a YAML file", "correct the path")]
-        ) from None
+        raise InputError([Finding(where, "file", "does not exist", "a YAML file", "correct the path")]) from None
     except OSError as error:
         cure = "check the rights of the file and its folder"
         raise InputError([Finding(where, "file", f"cannot be read ({error.strerror})", "", cure)]) from error
@@ -151,9 +147,7 @@ def plain_scalar(text: str) -> bool | int | float | str | None:
 
 def yaml_text(value: Any) -> str:
     """YAML text that reads back as the same value; innermost lists and mappings stand on one line."""
-    return yaml.dump(
-        value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=None, width=10_000
-    )
+    return yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=None, width=10_000)
 
 
 class _Loader(yaml.BaseLoader):
@@ -170,14 +164,10 @@ class _Loader(yaml.BaseLoader):
         cure = "write the value out where it is used"
         if isinstance(event, yaml.AliasEvent):
             self.get_event()  # type: ignore[no-untyped-call]
-            self.findings.append(
-                Finding(self.where, f"*{event.anchor}", "is an alias", "", cure, line, column)
-            )
+            self.findings.append(Finding(self.where, f"*{event.anchor}", "is an alias", "", cure, line, column))
             return yaml.ScalarNode("tag:yaml.org,2002:str", "", mark, mark)
         if event.anchor is not None:
-            self.findings.append(
-                Finding(self.where, f"&{event.anchor}", "is an anchor", "", cure, line, column)
-            )
+            self.findings.append(Finding(self.where, f"&{event.anchor}", "is an anchor", "", cure, line, column))
             event.anchor = None
         if getattr(event, "tag", None) is not None:
             self.findings.append(Finding(self.where, event.tag, "is a tag", "", "remove it", line, column))
@@ -241,7 +231,8 @@ class _Dumper(yaml.SafeDumper):
 
 
 def _represent_text(dumper: _Dumper, text: str) -> yaml.ScalarNode:
-    style = None if isinstance(plain_scalar(text), str) else '"'
+    stands_for_itself = isinstance(plain_scalar(text), str) and text.isprintable()
+    style = None if stands_for_itself else '"'
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 

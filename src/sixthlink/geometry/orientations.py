@@ -128,4 +128,4 @@ def values_from_rotations(orientation: Orientation, rotations: Floats) -> Floats
         return R.as_matrix().reshape(-1, 9)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Gimbal lock")
-        return R.as_euler(orientation.sequence)
+        return R.as_euler(orientation.sequence)  # type: ignore[call-overload]  # the stubs want a literal

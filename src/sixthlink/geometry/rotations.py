@@ -43,9 +43,7 @@ def exp_rotation(rotvecs_rad: Floats) -> Floats:
     angle = np.sqrt(np.einsum("...i,...i->...", v, v))[..., None, None]
     S = hat(v)
     # np.sinc(x) is sin(pi x) / (pi x); it stays exact at zero, so no series branch is needed.
-    return (
-        np.eye(3) + np.sinc(angle / np.pi) * S + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (S @ S)
-    )
+    return np.eye(3) + np.sinc(angle / np.pi) * S + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (S @ S)
 
 
 def log_rotation(rotations: Floats) -> Floats:
@@ -74,9 +72,7 @@ def rotation_angle(rotations: Floats) -> Floats:
     """
     R = np.asarray(rotations, dtype=np.float64)
     sine = 0.5 * np.linalg.norm(
-        np.stack(
-            [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
-        ),
+        np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1),
         axis=-1,
     )
     cosine = 0.5 * (np.trace(R, axis1=-2, axis2=-1) - 1.0)

@@ -60,9 +60,7 @@ def apply_motion(Ts_a_b: Floats, motions: Floats) -> Floats:
     Returns:
         ``(..., 4, 4)`` moved poses.
     """
-    return transform(
-        exp_rotation(motions[..., 3:]) @ Ts_a_b[..., :3, :3], Ts_a_b[..., :3, 3] + motions[..., :3]
-    )
+    return transform(exp_rotation(motions[..., 3:]) @ Ts_a_b[..., :3, :3], Ts_a_b[..., :3, 3] + motions[..., :3])
 
 
 def motion_between(Ts_a_b_from: Floats, Ts_a_b_to: Floats) -> Floats:

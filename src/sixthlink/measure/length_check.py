@@ -1,4 +1,7 @@
-"""How far is a measured length from the certified one? (the paper's Table II)"""
+"""How far is a measured length from the certified one?
+
+Source: the paper's Table II, its statistics named for what they are.
+"""
 
 from __future__ import annotations
 

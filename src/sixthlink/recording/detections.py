@@ -15,6 +15,8 @@ from sixthlink.geometry import Floats, Ints, frozen_floats, frozen_ints
 
 __all__ = ["Detections", "Rejection", "joined", "renumbered", "selected"]
 
+_NO_INDICES: Ints = np.empty(0, dtype=np.int64)
+
 
 @dataclass(frozen=True, eq=False)
 class Detections:
@@ -77,9 +79,9 @@ def joined(tables: Iterable[Detections]) -> Detections:
     """All rows of several tables, in order."""
     parts = list(tables)
     return Detections(
-        np.concatenate([p.shots for p in parts] or [np.empty(0)]),
-        np.concatenate([p.cameras for p in parts] or [np.empty(0)]),
-        np.concatenate([p.points for p in parts] or [np.empty(0)]),
+        np.concatenate([p.shots for p in parts] or [_NO_INDICES]),
+        np.concatenate([p.cameras for p in parts] or [_NO_INDICES]),
+        np.concatenate([p.points for p in parts] or [_NO_INDICES]),
         np.concatenate([p.pixels for p in parts] or [np.empty((0, 2))]),
         np.concatenate([p.sigmas_px for p in parts] or [np.empty(0)]),
     )

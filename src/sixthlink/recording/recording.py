@@ -37,7 +37,7 @@ MOUNTS = (EYE_IN_HAND, EYE_TO_HAND)
 """The head rides on the flange, or it stands still and watches a target on the flange."""
 
 KINDS = ("calibrate", "scale", "verify")
-"""What a shot is for: the target for the calibration, the length standard for it, or the length standard kept to judge it."""
+"""What a shot is for: the target for the calibration, the length standard for it, or kept to judge it."""
 
 
 @dataclass(frozen=True, eq=False)

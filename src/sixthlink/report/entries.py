@@ -119,8 +119,7 @@ def search_entries(calibration: Calibration) -> tuple[Entry, ...]:
     """What eq. (11) was and how it was minimised."""
     search, budget = calibration.search, calibration.search.budget
     value, before, after = (
-        f"{significant(v / MM**2, 6)} mm²"
-        for v in (calibration.value_m2, search.best_unpolished_m2, search.value_m2)
+        f"{significant(v / MM**2, 6)} mm²" for v in (calibration.value_m2, search.best_unpolished_m2, search.value_m2)
     )
     per_pair_m = math.sqrt(max(calibration.value_m2, 0.0) / max(calibration.pairs, 1))
     length = millimetres(calibration.rotation_length_m, 0)

@@ -32,9 +32,7 @@ class ErrorSeries:
     errors_m: Floats
 
 
-def error_plot(
-    placements: Sequence[str], series: Sequence[ErrorSeries], *, band_m: float, label: str
-) -> Markup:
+def error_plot(placements: Sequence[str], series: Sequence[ErrorSeries], *, band_m: float, label: str) -> Markup:
     """Errors per placement as dots on one scale about zero.
 
     Args:
@@ -76,9 +74,7 @@ def residual_plot(shots: Sequence[ShotEvidence]) -> Markup:
     shifts_mm = np.array([s.translation_m for s in ordered]) / MM
     turns_deg = np.array([s.rotation_rad for s in ordered]) / DEG
     below = Scale(0.0, 1.0, 2 * panel + gap, panel + gap)
-    parts += _bars(
-        ordered, shifts_mm, x, Scale(0.0, 1.0, panel, 0.0), unit=f"{SPACE}mm", name="distance in mm"
-    )
+    parts += _bars(ordered, shifts_mm, x, Scale(0.0, 1.0, panel, 0.0), unit=f"{SPACE}mm", name="distance in mm")
     parts += _bars(ordered, turns_deg, x, below, unit="°", name="angle in degrees")
     return drawing(
         WIDE,
@@ -94,9 +90,7 @@ def _band(x: Scale, y: Scale, half_mm: float) -> Markup:
     )
 
 
-def _group_shades(
-    ordered: Sequence[ShotEvidence], groups: Sequence[str], x: Scale, height: float
-) -> list[Markup]:
+def _group_shades(ordered: Sequence[ShotEvidence], groups: Sequence[str], x: Scale, height: float) -> list[Markup]:
     """Every other placement on a shade, its name below."""
     parts: list[Markup] = []
     first = 0

@@ -127,14 +127,10 @@ def _picture(
     else:
         size, href = (image.shape[1], image.shape[0]), _encoded(image)
     label = f"Points found in shot {shot.shot} by camera {described.name}"
-    return Picture(
-        described.name, remark, _overlay(size, names, at, target=recording.target, href=href, label=label)
-    )
+    return Picture(described.name, remark, _overlay(size, names, at, target=recording.target, href=href, label=label))
 
 
-def _overlay(
-    size: tuple[int, int], names: Ints, at: Floats, *, target: Target | None, href: str, label: str
-) -> Markup:
+def _overlay(size: tuple[int, int], names: Ints, at: Floats, *, target: Target | None, href: str, label: str) -> Markup:
     """The image under a cross per point, the first point ringed, with the target's x and y from there."""
     width, height = size
     # The centre of the first pixel is (0, 0): the image begins half a pixel before it.

@@ -151,9 +151,7 @@ class _Eye:
         left_top, size = flat.min(axis=0), np.maximum(np.ptp(flat, axis=0), 1e-6)
         scale = min((WIDTH - 2 * MARGIN) / size[0], TALLEST / size[1])
         aside = np.array([(WIDTH - scale * size[0]) / 2, MARGIN])
-        return _Eye(
-            axes * scale, aside - left_top * scale, float(scale * size[1] + 2 * MARGIN), grid_m, (low, high)
-        )
+        return _Eye(axes * scale, aside - left_top * scale, float(scale * size[1] + 2 * MARGIN), grid_m, (low, high))
 
     def __call__(self, points_base: Floats) -> Floats:
         return points_base @ self.projection.T + self.origin
@@ -168,9 +166,7 @@ def _target_corners(recording: Recording) -> Floats:
     return np.array([[low[0], low[1], 0], [high[0], low[1], 0], [high[0], high[1], 0], [low[0], high[1], 0]])
 
 
-def _rulers(
-    calibration: Calibration, recording: Recording, flanges: Floats, detections: Detections | None
-) -> Floats:
+def _rulers(calibration: Calibration, recording: Recording, flanges: Floats, detections: Detections | None) -> Floats:
     """Marks ``(R, 2, 3)`` of the length standard at every placement where both were seen."""
     none = np.zeros((0, 2, 3))
     if detections is None or calibration.rig is None or calibration.mount != EYE_IN_HAND:

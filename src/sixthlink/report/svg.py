@@ -46,9 +46,7 @@ def element(tag: str, *children: str, **attributes: object) -> Markup:
 
 def drawing(width: float, height: float, parts: Iterable[str], *, label: str) -> Markup:
     """A whole drawing; ``label`` says in words what it shows."""
-    return element(
-        "svg", *parts, viewBox=f"0 0 {_spelled(width)} {_spelled(height)}", role="img", aria_label=label
-    )
+    return element("svg", *parts, viewBox=f"0 0 {_spelled(width)} {_spelled(height)}", role="img", aria_label=label)
 
 
 def line(x1: float, y1: float, x2: float, y2: float, role: str) -> Markup:

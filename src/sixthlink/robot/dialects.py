@@ -131,9 +131,7 @@ def arm_from_links(
         raise ValueError(f"{len(links)} links but {len(joints)} joints; each link has one joint")
     if len(flange) not in {0, len(_FLANGE)}:
         raise ValueError(f"flange has {len(flange)} numbers, expected none or x, y, z, yaw, pitch, roll")
-    steps = [
-        step for number, link in enumerate(links, start=1) for step in _link_steps(dialect, number, link)
-    ]
+    steps = [step for number, link in enumerate(links, start=1) for step in _link_steps(dialect, number, link)]
     steps += [(kind, f"flange_{s}", v) for (kind, s), v in zip(_FLANGE, flange, strict=False)]
     names = [step[1] for step in steps]
     rows = [names.index(_driven(number, joint)) for number, joint in enumerate(joints, start=1)]
@@ -182,9 +180,7 @@ def link_table_from_arm(arm: Arm) -> LinkTable:
             row = arm.joint_map[arm.parameters.index(f"{'d' if sliding else 'theta'}{number}")].tolist()
             joints.append(Joint(name, lower, upper, -1 if row[j] < 0 else 1, sliding, abs(row[j])))
             couplings += [Coupling(number, k + 1, f) for k, f in enumerate(row) if k != j and f != 0.0]
-        again = arm_from_links(
-            arm.name, arm.source, arm.dialect, links, joints, couplings=couplings, flange=flange
-        )
+        again = arm_from_links(arm.name, arm.source, arm.dialect, links, joints, couplings=couplings, flange=flange)
     except (KeyError, ValueError) as error:
         raise ValueError(f"arm {arm.name} is not a table of links: {error}") from error
     same_map = np.array_equal(again.joint_map, arm.joint_map)

@@ -95,9 +95,7 @@ def simulate_cell(
     return SimulatedCell(scenario, seed, target, recording, truth)
 
 
-def _placements(
-    scenario: Scenario, cell: Cell, target: Chessboard, seed: int, scale_placements: int
-) -> Placements:
+def _placements(scenario: Scenario, cell: Cell, target: Chessboard, seed: int, scale_placements: int) -> Placements:
     """All placements, each from its own random numbers; the scale bar is last and disturbs nothing."""
     placements: Placements = {}
     for k in range(scenario.placements):

@@ -125,9 +125,7 @@ def _board_joints(
     return _first_of_each(joints, usable, [len(c) for c in chosen])
 
 
-def _ruler_joints(
-    scenario: Scenario, cell: Cell, T_base_ruler: Floats, random: np.random.Generator
-) -> Floats | None:
+def _ruler_joints(scenario: Scenario, cell: Cell, T_base_ruler: Floats, random: np.random.Generator) -> Floats | None:
     """Joint values ``(2, J)`` that look at mark A and at mark B, or None when the arm cannot reach both."""
     ends = []
     disc = scenario.mark_diameter_m * np.array([[1.0, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]])
@@ -182,9 +180,7 @@ def _ruler_pose(length_m: float, number: int, random: np.random.Generator) -> Fl
     heights = (lift + RULER_CLEARANCES_M[0], lift + RULER_CLEARANCES_M[1])
     middle = _somewhere(AZIMUTH_RAD * (2.0 * u - 1.0), RULER_RADII_M, heights, random)
     heading = random.uniform(-np.pi, np.pi)
-    along = np.array(
-        [np.cos(elevation) * np.cos(heading), np.cos(elevation) * np.sin(heading), np.sin(elevation)]
-    )
+    along = np.array([np.cos(elevation) * np.cos(heading), np.cos(elevation) * np.sin(heading), np.sin(elevation)])
     R = _facing(LOOKOUT_M + random.uniform(-0.2, 0.2, 3) - middle, along)
     return transform(R, middle - 0.5 * length_m * along)
 

@@ -23,7 +23,7 @@ Singles = npt.NDArray[np.float32]
 
 FULL_SCALE = 255.0
 _RAYS, _LATTICE_STEP = 144, 89
-"""Rays per edge pixel and the step of their lattice: neighbouring Fibonacci numbers spread points most evenly."""
+"""Rays per edge pixel and the step of their lattice: neighbouring Fibonacci numbers spread points evenly."""
 _PIXELS_AT_ONCE = 2048
 """Edge pixels that are averaged together: their rays stay in the processor's cache."""
 

@@ -77,9 +77,7 @@ def mark_views(random: np.random.Generator, count: int, largest_tilt_rad: float)
     return board_views(random, tilts, azimuths, rolls, (-0.02, 0.02))
 
 
-def seen_inside(
-    rig: CameraRig, Ts_head_target: Floats, points_m: Floats, margin_px: float
-) -> npt.NDArray[np.bool_]:
+def seen_inside(rig: CameraRig, Ts_head_target: Floats, points_m: Floats, margin_px: float) -> npt.NDArray[np.bool_]:
     """Whether both cameras see all points of a target with a margin: ``(N,)`` for ``(N, 4, 4)`` poses."""
     inside = np.ones(len(Ts_head_target), dtype=bool)
     for camera, T_camera_head in zip(rig.cameras, rig.Ts_camera_head, strict=True):

@@ -1,9 +1,12 @@
-"""How does a quantum-behaved particle swarm search a box? (the paper's eq. 6-9)
+"""How does a quantum-behaved particle swarm search a box?
+
+Source: the paper's eq. (6)-(9).
 
 Ask/tell: the swarms propose positions, the caller judges them, so that it never calls user code, can be stopped at
-any moment and is repeatable from its generator. Several independent swarms advance as one array. What the equations leave open is fixed here: φ, u and the coin are
-drawn per particle and dimension; u is drawn from (0, 1]; a position outside the box is put on its wall; an objective
-value that is not a number counts as the worst.
+any moment and is repeatable from its generator. Several independent swarms advance as one array.
+
+What the equations leave open is fixed here: φ, u and the coin are drawn per particle and dimension; u is drawn from
+(0, 1]; a position outside the box is put on its wall; an objective value that is not a number counts as the worst.
 """
 
 from __future__ import annotations

@@ -51,18 +51,14 @@ class Charuco:
 
     def __post_init__(self) -> None:
         if self.columns < 3 or self.rows < 3:
-            raise ValueError(
-                f"a ChArUco board of {self.columns} x {self.rows} squares is too small, expected 3 x 3"
-            )
+            raise ValueError(f"a ChArUco board of {self.columns} x {self.rows} squares is too small, expected 3 x 3")
         if not 0.0 < self.marker_m < self.square_m:
             raise ValueError(
                 f"marker of {self.marker_m} m in a square of {self.square_m} m, expected 0 < marker < square"
             )
         names = _dictionary_names()
         if self.dictionary not in names:
-            raise ValueError(
-                f"unknown marker dictionary {self.dictionary!r}, expected one of {', '.join(names)}"
-            )
+            raise ValueError(f"unknown marker dictionary {self.dictionary!r}, expected one of {', '.join(names)}")
 
     @property
     def points_m(self) -> Floats:
@@ -88,9 +84,7 @@ class Charuco:
         points, refined = points[good], refined[good]
         if len(points) < FEWEST_POINTS:
             return NotFound(self._too_few(f"{len(points)} corners left after refinement"))
-        flat = np.linalg.svd(
-            self.points_m[points, :2] - self.points_m[points, :2].mean(axis=0), compute_uv=False
-        )
+        flat = np.linalg.svd(self.points_m[points, :2] - self.points_m[points, :2].mean(axis=0), compute_uv=False)
         if flat[1] < 0.5 * self.square_m:
             return NotFound(self._too_few("all corners found are on one line"))
         return Found(points, refined, np.full(len(points), SIGMA_PX))

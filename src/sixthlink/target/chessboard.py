@@ -66,7 +66,7 @@ class Chessboard:
 
     @property
     def half_turn(self) -> Ints | None:
-        """``(rows * columns,)`` index of each point after half a turn, or None where the colours tell the ends apart."""
+        """``(rows * columns,)`` index of each point after half a turn, or None where colours tell the ends apart."""
         if self._ends_differ:
             return None
         return np.arange(self.rows * self.columns, dtype=np.int64)[::-1].copy()
@@ -98,9 +98,7 @@ class Chessboard:
             )
         grid = refined.reshape(self.rows, self.columns, 2)
         if not _regular(grid):
-            return NotFound(
-                "the corners do not form a regular grid: something else was taken for a chessboard"
-            )
+            return NotFound("the corners do not form a regular grid: something else was taken for a chessboard")
         return self._ordered(image, grid)
 
     def _coarse(self, image: GreyImage) -> Floats | None:
@@ -130,9 +128,7 @@ class Chessboard:
         if self._ends_differ or self.columns == self.rows:
             contrast, spread = _first_colour(image, grid)
             if abs(contrast) < 4.0 * spread:
-                return NotFound(
-                    "the squares' colours cannot be told apart: too dark, too bright or too blurred"
-                )
+                return NotFound("the squares' colours cannot be told apart: too dark, too bright or too blurred")
             if contrast > 0.0:  # the first square is white
                 grid = grid[::-1, ::-1] if self._ends_differ else np.swapaxes(grid, 0, 1)[:, ::-1]
         pixels = np.ascontiguousarray(grid.reshape(-1, 2))
@@ -171,9 +167,7 @@ def _first_colour(image: GreyImage, grid: Floats) -> tuple[float, float]:
     """
     centres = 0.25 * (grid[:-1, :-1] + grid[:-1, 1:] + grid[1:, :-1] + grid[1:, 1:])
     u, v = np.rint(centres).astype(np.int64)[..., 0], np.rint(centres).astype(np.int64)[..., 1]
-    grey = np.mean(
-        [image[v + dv, u + du].astype(np.float64) for du in (-1, 0, 1) for dv in (-1, 0, 1)], axis=0
-    )
+    grey = np.mean([image[v + dv, u + du].astype(np.float64) for du in (-1, 0, 1) for dv in (-1, 0, 1)], axis=0)
     row, column = np.indices(grey.shape)
     first: npt.NDArray[np.bool_] = (row + column) % 2 == 0
     a, b = grey[first], grey[~first]

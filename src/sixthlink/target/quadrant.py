@@ -86,9 +86,7 @@ def find_quadrant_mark(image: GreyImage) -> Found | NotFound:
     window = float(np.clip(0.6 * best.radius_px, SMALLEST_HALF_WINDOW_PX, 1.5 * LARGEST_HALF_WINDOW_PX))
     refined, good = refine_saddles(image, [[best.u, best.v]], window, 0.3 * best.radius_px)
     if not good[0]:
-        return NotFound(
-            f"the quadrant mark at ({best.u:.0f}, {best.v:.0f}) is blurred or cut by the image's edge"
-        )
+        return NotFound(f"the quadrant mark at ({best.u:.0f}, {best.v:.0f}) is blurred or cut by the image's edge")
     return Found(np.zeros(1, dtype=np.int64), refined, np.full(1, SIGMA_PX))
 
 

@@ -139,7 +139,8 @@ def _relative_gap(value: float, bound: float, scale: float) -> float:
 
 def _linear_start(U2: Floats) -> Floats:
     """Rotation nearest to the unconstrained least-squares solution of U₂ (vec R, 1)."""
-    return nearest_rotation(np.linalg.lstsq(U2[:, :9], -U2[:, 9], rcond=1e-9)[0].reshape(3, 3))
+    start = np.linalg.lstsq(U2[:, :9], -U2[:, 9], rcond=1e-9)[0]
+    return nearest_rotation(np.asarray(start, dtype=np.float64).reshape(3, 3))
 
 
 def _value(U2: Floats, rotation: Floats) -> float:

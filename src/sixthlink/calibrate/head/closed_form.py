@@ -159,9 +159,7 @@ def daniilidis(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints)
     turn = left_products(m) @ after
     rows = np.zeros((len(g), 8, 8))
     rows[:, :4, :4] = left_products(g) @ after
-    rows[:, 4:, :4] = left_products(_pure(positions)) @ turn + turn @ right_products(
-        _pure(loops.target_positions_m)
-    )
+    rows[:, 4:, :4] = left_products(_pure(positions)) @ turn + turn @ right_products(_pure(loops.target_positions_m))
     rows[:, 4:, :4] /= 2.0 * length_m
     rows[:, 4:, 4:] = turn
     null = _smallest(centred(rows, loops.placements).reshape(-1, 8))[-2:]

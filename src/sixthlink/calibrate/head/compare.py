@@ -96,7 +96,7 @@ def solvers(seed: int) -> dict[str, Solver]:
 
 
 def balanced_rotation_length(problem: HeadProblem) -> float:
-    """ℓ [m] at which both halves of eq. (11) weigh by their own scatter: RMS distance over RMS angle, found in turns."""
+    """ℓ [m] at which both halves of eq. (11) weigh by their own scatter: RMS distance over RMS angle."""
     length_m = 1.0
     for _ in range(3):
         X, _ = solve_certified(objective(problem, length_m))
@@ -169,9 +169,7 @@ def _part(problem: HeadProblem, shots: Ints) -> HeadProblem:
     return HeadProblem(problem.Ts_outer[shots], problem.Ts_inner[shots], numbers)
 
 
-def _prediction_errors(
-    problem: HeadProblem, train: HeadProblem, judged: Ints, X: Floats
-) -> tuple[Floats, Floats]:
+def _prediction_errors(problem: HeadProblem, train: HeadProblem, judged: Ints, X: Floats) -> tuple[Floats, Floats]:
     """Distance [m] and angle [rad] of the judged shots' targets to where the training shots put them."""
     known = np.unique(np.delete(problem.placements, judged))
     expected = placement_poses(train, X)[np.searchsorted(known, problem.placements[judged])]

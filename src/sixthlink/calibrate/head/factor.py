@@ -34,7 +34,6 @@ PAPER_ROTATION_LENGTH_M = 1e-3
 """ℓ of the paper's eq. (11): lengths counted in millimetres beside rotation entries."""
 
 
-
 CHUNK_SHOTS = 4096
 """Shots read at a time: bounds the memory that rows need."""
 
@@ -131,9 +130,7 @@ class FactorStream:
         return objective_from_factors(translation, rotation, rotation_length_m, pairs)
 
 
-def objective_from_factors(
-    translation: Floats, rotation: Floats, rotation_length_m: float, pairs: int
-) -> Objective:
+def objective_from_factors(translation: Floats, rotation: Floats, rotation_length_m: float, pairs: int) -> Objective:
     """Objective of a 13-column translation factor and a 9-column rotation factor, weighed by ℓ."""
     stacked = np.zeros((len(translation) + len(rotation), 13))
     stacked[: len(translation)] = translation
@@ -195,9 +192,13 @@ def _triangular(rows: Floats) -> Floats:
         leaves = -(-len(rows) // LEAF_ROWS)
         padded = np.zeros((leaves * LEAF_ROWS, columns))
         padded[: len(rows)] = rows
-        rows = np.linalg.qr(padded.reshape(leaves, LEAF_ROWS, columns), mode="r").reshape(-1, columns)
-    R = np.linalg.qr(rows, mode="r")
+        rows = _qr_factor(padded.reshape(leaves, LEAF_ROWS, columns)).reshape(-1, columns)
+    R = _qr_factor(rows)
     return np.concatenate([R, np.zeros((columns - len(R), columns))]) if len(R) < columns else R
+
+
+def _qr_factor(rows: Floats) -> Floats:
+    return np.asarray(np.linalg.qr(rows, mode="r"), dtype=np.float64)
 
 
 def _homogeneous(rotations: Floats) -> Floats:

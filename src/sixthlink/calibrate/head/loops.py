@@ -14,7 +14,8 @@ sees it, and R_Z the same for all shots of a placement. Four things follow befor
   least visible direction of the head turns from shot to shot. Without swing there is no head.
 - *Midpoint rotations.* The robot says that shot i has the rotation R_i, the head says R_Z (R_X C_i)ᵀ. Both
   are noisy, and their lever arm, the distance to the target, turns noise into millimetres. Halfway between
-  them the variance is half as large.
+  them the variance is half as large if both are equally noisy. Where all noise is the robot's, the head's
+  rotation alone would be better, and where all is the head's, the robot's: a closed form cannot know.
 """
 
 from __future__ import annotations

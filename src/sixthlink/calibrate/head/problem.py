@@ -13,7 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from sixthlink.errors import TooFewShotsError
-from sixthlink.geometry import Floats, Ints, frozen_floats, frozen_ints, inverse, mean_transform, rotation_angle
+from sixthlink.geometry import (
+    Floats,
+    Ints,
+    frozen_floats,
+    frozen_ints,
+    inverse,
+    mean_transform,
+    rotation_angle,
+)
 from sixthlink.recording import EYE_IN_HAND
 
 __all__ = ["MINIMUM_SHOTS", "HeadProblem", "Scatter", "head_problem", "placement_poses", "scatter"]

@@ -35,7 +35,7 @@ def polished_rotation(U2: Floats, rotation: Floats) -> Floats:
         H, g = J.T @ J, J.T @ residual
         size = float(H[0, 0] + H[1, 1] + H[2, 2])
         step = np.linalg.solve(H + (damping * size + 1e-300) * np.eye(3), -g)
-        tried = exp_rotation(step) @ R
+        tried = exp_rotation(np.asarray(step)) @ R
         tried_residual = _residual(U2, tried)
         tried_value = float(tried_residual @ tried_residual)
         if tried_value <= value:

@@ -14,7 +14,13 @@ import numpy as np
 
 from sixthlink.geometry import Floats
 
-__all__ = ["HOMOGENEOUS", "orthogonality_matrices", "scaled_triangle", "solve_relaxation", "symmetric_from_triangle"]
+__all__ = [
+    "HOMOGENEOUS",
+    "orthogonality_matrices",
+    "scaled_triangle",
+    "solve_relaxation",
+    "symmetric_from_triangle",
+]
 
 HOMOGENEOUS = 9
 """Index of h in x."""

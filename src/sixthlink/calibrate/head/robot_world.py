@@ -72,6 +72,4 @@ def _rows(loops: Loops, shots: Ints, length_m: float) -> Floats:
     shifts[:, :, :9] = np.einsum("ij,nk->nijk", np.eye(3), heads[..., 0]).reshape(n, 3, 9)
     shifts[:, :, 9:12] = M * length_m
     shifts[:, :, 12] = loops.positions_m[shots]
-    return np.concatenate(
-        [turns.reshape(-1, 22), ((shifts - shifts.mean(axis=0)) / length_m).reshape(-1, 22)]
-    )
+    return np.concatenate([turns.reshape(-1, 22), ((shifts - shifts.mean(axis=0)) / length_m).reshape(-1, 22)])

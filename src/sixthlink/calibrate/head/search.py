@@ -1,4 +1,6 @@
-"""How does the paper find the head? (section II.C-D)
+"""How does the paper find the head?
+
+Source: section II.C-D.
 
 QPSO exactly as eq. (6)-(9) on the six numbers (α, β, γ, x, y, z) of eq. (11), several swarms side by side, and a
 damped least-squares polish after each. The swarm alone seldom reaches the optimum: rotation and translation are
@@ -89,7 +91,9 @@ def search_head(
         variant: ``paper`` for eq. (6)-(9) on (α, β, γ, x, y, z), ``robust`` for the same swarm on a quaternion, which
             has no seam and no gimbal lock, with the translation eliminated.
     """
-    walls, judge, rotations = _paper_formulation(objective, box) if variant == "paper" else _robust_formulation(objective)
+    walls, judge, rotations = (
+        _paper_formulation(objective, box) if variant == "paper" else _robust_formulation(objective)
+    )
     swarms = Qpso(*walls, budget, np.random.default_rng(seed))
     while not swarms.done:
         swarms.tell(judge(swarms.ask()))

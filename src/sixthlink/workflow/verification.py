@@ -1,0 +1,134 @@
+"""How does a recording folder prove a calibration on a length standard?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sixthlink.calibrate import Calibration
+from sixthlink.detect import detect
+from sixthlink.errors import CalibrationError, Finding, IndependenceError
+from sixthlink.files import atomic_write_text, image_reader, read_detections, read_recording, read_result
+from sixthlink.geometry import Floats, inverse
+from sixthlink.measure import LengthCheck, MarkPoint, base_points, lengths_of_placements, mark_points
+from sixthlink.progress import Progress
+from sixthlink.recording import EYE_IN_HAND, Detections, Recording, Rejection, flange_poses_of, with_arm
+from sixthlink.report import report_page
+from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for
+
+__all__ = ["verify_folder"]
+
+
+def verify_folder(
+    folder: Path,
+    *,
+    result: Path | None,
+    arm: Path | None,
+    progress: Progress,
+) -> tuple[LengthCheck, Outcome]:
+    """Measure the length standard of a recording folder with a calibration, before and after.
+
+    Args:
+        folder: The recording, with shots of kind ``verify``.
+        result: ``result.json`` or the folder that holds it; ``<folder>/result`` when None.
+        arm: Arm file that replaces the recording's own kinematics before, and the calibration's after.
+        progress: Listener.
+
+    Raises:
+        IndependenceError: A verification shot was used for the calibration.
+    """
+    path = _result_path(folder, result)
+    calibration = read_result(path)
+    whole = read_recording(folder, arm=arm)
+    recording = shots_for(whole, ("verify",))
+    _check_independent(recording, calibration, folder)
+    if calibration.rig is None:
+        raise CalibrationError(
+            "the calibration has no cameras (it was made from target poses), so that no mark can be measured; "
+            "calibrate from images or pixels"
+        )
+    read_image = image_reader(folder, recording)
+    detections, rejections = detect(recording, read_image, progress=progress)
+    points, unmeasured = mark_points(calibration.rig, detections, recording.ids)
+    check = _length_check(recording, calibration, points, rejections + unmeasured, given_arm=arm is not None)
+    page = _report_with_check(
+        path.parent, folder=folder, whole=whole, calibration=calibration, check=check, progress=progress
+    )
+    report = path.parent / REPORT
+    atomic_write_text(report, page)
+    return check, Outcome({"report": report, "result": path})
+
+
+def _result_path(folder: Path, result: Path | None) -> Path:
+    path = folder / "result" if result is None else result
+    return path / RESULT if path.is_dir() or not path.suffix else path
+
+
+def _check_independent(recording: Recording, calibration: Calibration, folder: Path) -> None:
+    """Refuse verification shots that the calibration has seen, by image content or by name in the same recording."""
+    images = {name for names in recording.images.values() for name in names if name}
+    seen = {digest for name, digest in calibration.inputs.items() if not name.endswith((".yaml", ".csv"))}
+    used = {shot.shot for shot in calibration.shots} if calibration.recording == recording.name else set()
+    findings = []
+    for i, shot in enumerate(recording.ids):
+        names = [per_camera[i] for per_camera in recording.images.values() if per_camera[i] in images]
+        if shot in used or any(recording.inputs.get(name) in seen for name in names):
+            findings.append(
+                Finding(
+                    str(folder / "shots.csv"),
+                    f"shot {shot}",
+                    "was used for the calibration",
+                    "shots that the calibration has not seen",
+                    "record separate verify shots; a calibration cannot judge itself",
+                )
+            )
+    if findings:
+        raise IndependenceError(findings)
+
+
+def _length_check(
+    recording: Recording,
+    calibration: Calibration,
+    points: tuple[MarkPoint, ...],
+    rejections: tuple[Rejection, ...],
+    *,
+    given_arm: bool,
+) -> LengthCheck:
+    if recording.standard is None:
+        raise CalibrationError("the recording declares no length standard; add length_standard to recording.yaml")
+    chosen = recording if given_arm or calibration.arm is None else with_arm(recording, calibration.arm)
+    placements, after = _lengths(chosen, points, calibration.X)
+    if not placements:
+        reasons = "".join(f"\n  {r.shot} {r.camera}: {r.reason}" for r in rejections)
+        raise CalibrationError(f"no placement shows both marks of the length standard{reasons}")
+    before = None if recording.head.nominal is None else _lengths(recording, points, recording.head.nominal)[1]
+    return LengthCheck(recording.standard, placements, before, after, rejections)
+
+
+def _lengths(recording: Recording, points: tuple[MarkPoint, ...], X: Floats) -> tuple[tuple[str, ...], Floats]:
+    Ts_base_flange = flange_poses_of(recording)
+    Ts_outer = Ts_base_flange if recording.mount == EYE_IN_HAND else inverse(Ts_base_flange)
+    return lengths_of_placements(points, base_points(points, Ts_outer, X), recording.placements)
+
+
+def _report_with_check(
+    target: Path,
+    *,
+    folder: Path,
+    whole: Recording,
+    calibration: Calibration,
+    check: LengthCheck,
+    progress: Progress,
+) -> str:
+    recording = shots_for(whole, ("calibrate", "scale"))
+    detections: Detections | None = None
+    if (target / DETECTIONS).is_file() and recording.target is not None:
+        detections = read_detections(target / DETECTIONS, recording)
+    return report_page(
+        calibration,
+        recording=recording,
+        detections=detections,
+        read_image=image_reader(folder, recording),
+        check=check,
+        created=now(),
+        progress=progress,
+    )
