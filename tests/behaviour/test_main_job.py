@@ -37,7 +37,7 @@ def images(tmp_path_factory) -> Path:
 @pytest.fixture
 def broken(images, tmp_path) -> Path:
     """A copy of the small rendered cell to break."""
-    return Path(shutil.copytree(images, tmp_path / "cell"))
+    return Path(shutil.copytree(images, tmp_path / "cell", ignore=shutil.ignore_patterns("result")))
 
 
 def result_of(folder: Path) -> dict:

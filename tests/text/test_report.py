@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sixthlink.calibrate import Calibration, CameraEvidence, Gate, SearchBox, SearchReport, ShotEvidence
+from sixthlink.calibrate import Calibration, CameraEvidence, Certificate, Gate, SearchBox, SearchReport, ShotEvidence
 from sixthlink.camera import Camera, CameraRig
 from sixthlink.geometry import inverse, transform
 from sixthlink.measure import LengthCheck
@@ -108,6 +108,7 @@ def calibration(names: str = "") -> Calibration:
         rotation_length_m=1.0,
         pairs=6,
         search=SearchReport("paper" + names, 11, SwarmBudget(8, 40, 1000), SearchBox(2.5), 4.1e-6, 3.2e-6, 7),
+        certificate=Certificate(3.2e-6, 3.2e-6, 0.0, True, 0.1, False),
         shots=tuple(shots),
         rejections=(Rejection("shot9" + names, "left" + names, "too dark" + names),),
         gates=(Gate("enough shots" + names, True, "6 of 6" + names),),

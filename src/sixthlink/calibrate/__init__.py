@@ -9,23 +9,27 @@ from sixthlink.calibrate.calibration import (
     paper_numbers_of,
 )
 from sixthlink.calibrate.cameras import RigCalibration, calibrate_rig
-from sixthlink.calibrate.head import SearchBox, SearchReport
-from sixthlink.calibrate.recipe import SolveOptions, calibrate_head
+from sixthlink.calibrate.head import Certificate, SearchBox, SearchReport, SolverScore, compare_solvers
+from sixthlink.calibrate.recipe import SolveOptions, calibrate_head, problem_of_recording
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
 
 __all__ = [
     "Calibration",
     "CameraEvidence",
+    "Certificate",
     "Gate",
     "RigCalibration",
     "SearchBox",
     "SearchReport",
     "ShotEvidence",
     "SolveOptions",
+    "SolverScore",
     "TargetPoses",
     "calibrate_head",
     "calibrate_rig",
+    "compare_solvers",
     "head_link_of",
     "locate_targets",
     "paper_numbers_of",
+    "problem_of_recording",
 ]

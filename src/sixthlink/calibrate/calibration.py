@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sixthlink.calibrate.head import Scatter, SearchReport
+from sixthlink.calibrate.head import Certificate, Scatter, SearchReport
 from sixthlink.camera import CameraRig
 from sixthlink.geometry import Floats, frozen_floats
 from sixthlink.recording import EYE_IN_HAND, Rejection
@@ -99,6 +99,7 @@ class Calibration:
         rotation_length_m: ℓ of eq. (11) [m].
         pairs: Pairs of shots that eq. (11) sums over.
         search: What the search did.
+        certificate: Whether the answer is proven to be the global minimum of eq. (11).
         shots: Evidence per used shot.
         rejections: Images and shots that were not used, and why.
         gates: Whether the calibration is accepted.
@@ -120,6 +121,7 @@ class Calibration:
     rotation_length_m: float
     pairs: int
     search: SearchReport
+    certificate: Certificate
     shots: tuple[ShotEvidence, ...]
     rejections: tuple[Rejection, ...]
     gates: tuple[Gate, ...] = ()

@@ -15,11 +15,15 @@ from sixthlink.calibrate.calibration import Calibration, Gate, ShotEvidence
 from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.half_turns import half_turn_transform, opposite_readings
 from sixthlink.calibrate.head import (
+    GAP_TOLERANCE,
+    Certificate,
     HeadProblem,
     Scatter,
     SearchReport,
+    certificate_of,
     head_problem,
     objective,
+    observability,
     placement_poses,
     scatter,
     search_box,
@@ -27,7 +31,7 @@ from sixthlink.calibrate.head import (
 )
 from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
-from sixthlink.errors import TooFewShotsError
+from sixthlink.errors import DegenerateMotionError, TooFewShotsError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress
 from sixthlink.recording import (
@@ -43,13 +47,10 @@ from sixthlink.recording import (
 from sixthlink.robot import last_link
 from sixthlink.solvers import SwarmBudget
 
-__all__ = ["SolveOptions", "calibrate_head"]
+__all__ = ["SolveOptions", "calibrate_head", "problem_of_recording"]
 
 MINIMUM_USED_SHARE = 0.5
 """Share of the calibration shots that must have been usable for the result to be accepted."""
-
-MINIMUM_AGREEING = 2
-"""Swarms that must end at the same optimum for it to be believed without further proof."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ class _Solution:
     targets: TargetPoses | None
     X_link5: Floats
     search: SearchReport
+    certificate: Certificate
     pairs: int
     rejected: tuple[Rejection, ...]
 
@@ -113,10 +115,7 @@ def calibrate_head(
     Raises:
         TooFewShotsError: No placement has three usable shots.
     """
-    solution = _solved(recording, detections, cameras, options, progress, rejections)
-    if cameras and len(cameras.cameras) == 1 and cameras.cameras[0].calibrated:
-        cameras = _with_robot(recording, cameras, solution)
-        solution = _solved(recording, detections, cameras, options, progress, rejections)
+    cameras, solution = _with_final_lens(recording, detections, cameras, options, progress, rejections)
     usable, targets, X_link5 = solution.usable, solution.targets, solution.X_link5
     return Calibration(
         recording=recording.name,
@@ -133,12 +132,40 @@ def calibrate_head(
         rotation_length_m=options.rotation_length_m,
         pairs=solution.pairs,
         search=solution.search,
+        certificate=solution.certificate,
         shots=_shot_evidence(recording, usable, targets, scatter(usable.problem, X_link5)),
         rejections=solution.rejected,
-        gates=_gates(recording, usable, solution.search),
+        gates=_gates(recording, usable, solution.certificate),
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )
+
+
+def problem_of_recording(
+    recording: Recording,
+    detections: Detections | None,
+    cameras: RigCalibration | None,
+    options: SolveOptions,
+    progress: Progress,
+) -> HeadProblem:
+    """What the head solvers see of a recording: its usable shots, their targets located with the final lens."""
+    return _with_final_lens(recording, detections, cameras, options, progress, ())[1].usable.problem
+
+
+def _with_final_lens(  # noqa: PLR0917 - what calibrate_head was given
+    recording: Recording,
+    detections: Detections | None,
+    cameras: RigCalibration | None,
+    options: SolveOptions,
+    progress: Progress,
+    rejections: tuple[Rejection, ...],
+) -> tuple[RigCalibration | None, _Solution]:
+    """The solution; for a single self-calibrated camera once more with the lens that the robot has refined."""
+    solution = _solved(recording, detections, cameras, options, progress, rejections)
+    if cameras and len(cameras.cameras) == 1 and cameras.cameras[0].calibrated:
+        cameras = _with_robot(recording, cameras, solution)
+        solution = _solved(recording, detections, cameras, options, progress, rejections)
+    return cameras, solution
 
 
 def _solved(  # noqa: PLR0917 - what calibrate_head was given
@@ -157,7 +184,24 @@ def _solved(  # noqa: PLR0917 - what calibrate_head was given
     X_link5, search = search_head(
         eq11, search_box(usable.problem), seed=options.seed, budget=options.budget, progress=progress
     )
-    return _Solution(usable, targets, X_link5, search, eq11.pairs, rejected)
+    _refuse_unseen(recording, usable, X_link5, options.rotation_length_m)
+    certificate = certificate_of(eq11, X_link5[:3, :3])
+    return _Solution(usable, targets, X_link5, search, certificate, eq11.pairs, rejected)
+
+
+def _refuse_unseen(recording: Recording, usable: _Usable, X_link5: Floats, rotation_length_m: float) -> None:
+    """Refuse a motion that leaves a direction of the head unseen, and name it in the frame that carries the head."""
+    T_link5_outer = _T_link5_outer(recording)
+    problem = replace(usable.problem, Ts_outer=usable.problem.Ts_outer @ T_link5_outer)
+    carrier = "flange" if recording.mount == EYE_IN_HAND else "base"
+    rotation = (inverse(T_link5_outer) @ X_link5)[:3, :3]
+    seen = observability(objective(problem, rotation_length_m), rotation, carrier=carrier)
+    if not seen.complete:
+        raise DegenerateMotionError(
+            "the robot's motion cannot show " + "; ".join(seen.words) + "; add shots that turn the flange by 20° or "
+            "more about at least two different axes",
+            directions=seen.words,
+        )
 
 
 def _with_robot(recording: Recording, cameras: RigCalibration, solution: _Solution) -> RigCalibration:
@@ -237,7 +281,7 @@ def _shot_evidence(
     )
 
 
-def _gates(recording: Recording, usable: _Usable, search: SearchReport) -> tuple[Gate, ...]:
+def _gates(recording: Recording, usable: _Usable, certificate: Certificate) -> tuple[Gate, ...]:
     recorded, used = len(shots_of_kind(recording, "calibrate")), len(usable.shots)
     return (
         Gate(
@@ -247,9 +291,9 @@ def _gates(recording: Recording, usable: _Usable, search: SearchReport) -> tuple
             "the rejections say what to change",
         ),
         Gate(
-            "search agrees",
-            search.agreeing >= min(MINIMUM_AGREEING, search.budget.swarms),
-            f"{search.agreeing} of {search.budget.swarms} swarms ended at the same optimum, at least "
-            f"{MINIMUM_AGREEING} are needed; more swarms or iterations help",
+            "proven minimum",
+            certificate.certified,
+            f"eq. (11) is within {certificate.relative_gap:.1e} of its proven lower bound, at most "
+            f"{GAP_TOLERANCE:.0e} is accepted; if not, more swarms or iterations, or better shots, help",
         ),
     )

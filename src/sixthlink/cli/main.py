@@ -174,6 +174,25 @@ def calibrate(
 
 @_command()
 @click.argument("recording", type=_FOLDER)
+@click.option("--arm", type=_FILE, help="Arm file that replaces the recording's own kinematics.")
+@click.option("--seed", default=0, show_default=True, help="Seed of the dealing of the shots and of the swarms.")
+def compare(recording: Path, *, arm: Path | None, seed: int, as_json: bool) -> int:
+    """Run every solver on a RECORDING and judge each on shots and placements that it did not see."""
+    from sixthlink.calibrate import SolveOptions
+    from sixthlink.cli.summaries import comparison_as_dict, comparison_summary
+    from sixthlink.workflow import compare_folder
+
+    with progress_bars(quiet=as_json) as progress:
+        scores = compare_folder(recording, arm=arm, options=SolveOptions(seed), progress=progress)
+    if as_json:
+        print_json(comparison_as_dict(scores))
+    else:
+        click.echo(comparison_summary(scores))
+    return 0
+
+
+@_command()
+@click.argument("recording", type=_FOLDER)
 @click.option("--result", type=_FILE, help="result.json, or its folder.  [default: RECORDING/result]")
 @click.option("--arm", type=_FILE, help="Arm file that replaces the kinematics.")
 @click.option("--limit-mm", type=float, help="Largest RMS length error that is accepted [mm]; beyond it exit code 1.")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from sixthlink.calibrate import Calibration, head_link_of, paper_numbers_of
+from sixthlink.calibrate import Calibration, SolverScore, head_link_of, paper_numbers_of
 from sixthlink.geometry import Floats
 from sixthlink.measure import LengthCheck, LengthStatistics, statistics
 from sixthlink.units import DEG, MM
 
-__all__ = ["calibration_summary", "check_as_dict", "check_summary"]
+__all__ = ["calibration_summary", "check_as_dict", "check_summary", "comparison_as_dict", "comparison_summary"]
 
 
 def calibration_summary(calibration: Calibration, files: Mapping[str, str]) -> str:
@@ -74,6 +74,59 @@ def check_as_dict(check: LengthCheck) -> dict[str, Any]:
         ],
         "rejected": [asdict(r) for r in check.rejections],
     }
+
+
+def comparison_summary(scores: Sequence[SolverScore]) -> str:
+    """One row per solver, and whether the best is better by more than the noise."""
+    lines = [
+        f"{'solver':<22}{'scatter':>18}{'held-out shots':>18}{'held-out placements':>21}{'time':>11}  proof, eq. (11)",
+        f"{'':<22}" + f"{'mm':>10}{'deg':>8}" * 2 + f"{'mm':>12}{'deg':>9}{'ms':>11}  with lengths in metres",
+    ]
+    for s in scores:
+        if s.failure:
+            lines.append(f"{s.name:<22}failed: {s.failure}")
+            continue
+        placement = (
+            f"{s.placement_translation_m / MM:>12.4f}{s.placement_rotation_rad / DEG:>9.4f}"
+            if s.placement_translation_m is not None and s.placement_rotation_rad is not None
+            else f"{'-':>12}{'-':>9}"
+        )
+        proof = f"gap {s.certificate.relative_gap:.1e}" if s.certificate else ""
+        lines.append(
+            f"{s.name:<22}{s.scatter_translation_m / MM:>10.4f}{s.scatter_rotation_rad / DEG:>8.4f}"
+            f"{s.heldout_translation_m / MM:>10.4f}{s.heldout_rotation_rad / DEG:>8.4f}"
+            f"{placement}{s.time_s * 1e3:>11.2f}  {proof}"
+        )
+    return "\n".join([*lines, _verdict(scores)])
+
+
+def comparison_as_dict(scores: Sequence[SolverScore]) -> dict[str, Any]:
+    """The JSON object of a comparison; metres, radians, seconds."""
+    hidden = {"heldout_translations_m", "certificate"}
+    rows = []
+    for s in scores:
+        row = {k: v for k, v in vars(s).items() if k not in hidden}
+        row["certified"] = s.certificate.certified if s.certificate else False
+        row["relative_gap"] = s.certificate.relative_gap if s.certificate else None
+        rows.append(row)
+    return {"solvers": rows, "verdict": _verdict(scores)}
+
+
+def _verdict(scores: Sequence[SolverScore]) -> str:
+    """The best on held-out shots, beside how much of its lead is noise (paired over shots)."""
+    judged = [(s, s.heldout_translations_m) for s in scores if s.heldout_translations_m is not None]
+    if len(judged) < 2:
+        return "fewer than two solvers answered: nothing to compare"
+    (best, lowest), *others = sorted(judged, key=lambda pair: pair[0].heldout_translation_m)
+    clear = []
+    for other, errors in others:
+        difference = errors - lowest
+        noise = float(difference.std(ddof=1)) / len(difference) ** 0.5
+        if difference.mean() > 2.0 * noise > 0.0:
+            clear.append(f"{other.name} by {difference.mean() / MM:.4f} ± {noise / MM:.4f} mm")
+    if not clear:
+        return f"no solver is better than {best.name} or worse by more than the noise of the held-out shots"
+    return f"{best.name} is lowest on held-out shots; beyond twice the noise it is better than " + ", ".join(clear)
 
 
 _FIELDS = {

@@ -17,6 +17,7 @@ import numpy as np
 from sixthlink.calibrate import (
     Calibration,
     CameraEvidence,
+    Certificate,
     Gate,
     SearchBox,
     SearchReport,
@@ -35,6 +36,7 @@ __all__ = ["RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict",
 
 RESULT_SCHEMA = "sixthlink-result/1"
 MAXIMUM_BYTES = 64 * 1024 * 1024
+_CERTIFICATE_KEYS = {"value_m2": "value", "bound_m2": "bound"}
 _ARM_NAMES = {"kinds", "parameters", "joints"}
 
 
@@ -93,6 +95,7 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
             "rotation_length_m": c.rotation_length_m,
             "pairs": c.pairs,
         },
+        "certificate": {_CERTIFICATE_KEYS.get(k, k): v for k, v in asdict(c.certificate).items()},
         "search": _search_as_dict(c.search),
         "residuals": {
             "rms_translation_m": scatter.rms_translation_m,
@@ -137,6 +140,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         rotation_length_m=data["objective"]["rotation_length_m"],
         pairs=data["objective"]["pairs"],
         search=_search_from_dict(data["search"]),
+        certificate=_certificate_from_dict(data["certificate"]),
         shots=tuple(ShotEvidence(**s) for s in data["shots"]),
         rejections=tuple(Rejection(**r) for r in data["rejected"]),
         gates=tuple(Gate(**g) for g in data["gates"]),
@@ -157,6 +161,11 @@ def _search_as_dict(search: SearchReport) -> dict[str, Any]:
         "value": search.value_m2,
         "agreeing": search.agreeing,
     }
+
+
+def _certificate_from_dict(data: Mapping[str, Any]) -> Certificate:
+    names = {key: name for name, key in _CERTIFICATE_KEYS.items()}
+    return Certificate(**{names.get(key, key): value for key, value in data.items()})
 
 
 def _search_from_dict(data: Mapping[str, Any]) -> SearchReport:

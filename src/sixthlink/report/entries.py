@@ -115,6 +115,13 @@ def camera_pair_entries(calibration: Calibration) -> tuple[Entry, ...]:
     return tuple(entries)
 
 
+def _proof(calibration: Calibration) -> tuple[str, str]:
+    """Whether the answer is the proven minimum, and how close the bound is."""
+    certificate = calibration.certificate
+    verdict = "global minimum proven" if certificate.certified else "not proven"
+    return verdict, f"relative gap to the lower bound {certificate.relative_gap:.1e}"
+
+
 def search_entries(calibration: Calibration) -> tuple[Entry, ...]:
     """What eq. (11) was and how it was minimised."""
     search, budget = calibration.search, calibration.search.budget
@@ -133,6 +140,7 @@ def search_entries(calibration: Calibration) -> tuple[Entry, ...]:
         Entry("swarms", swarms, f"variant {search.variant}, seed {search.seed}"),
         Entry("box", box, "for x, y, z; |α|, |γ| ≤ 180°, |β| ≤ 90°"),
         Entry("polish", f"{before} → {after}", "eq. (11) of the best swarm, before and after the polish"),
+        Entry("proof", *_proof(calibration)),
         Entry("agreement", f"{search.agreeing} of {budget.swarms} swarms", "ended at the same optimum"),
     )
 

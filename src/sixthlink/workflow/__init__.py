@@ -4,9 +4,9 @@ Each function takes paths and options and returns nouns plus the files it wrote.
 has succeeded, and every write is atomic.
 """
 
-from sixthlink.workflow.calibration import calibrate_folder
+from sixthlink.workflow.calibration import calibrate_folder, compare_folder
 from sixthlink.workflow.outcome import Outcome
 from sixthlink.workflow.simulation import simulate_folder
 from sixthlink.workflow.verification import verify_folder
 
-__all__ = ["Outcome", "calibrate_folder", "simulate_folder", "verify_folder"]
+__all__ = ["Outcome", "calibrate_folder", "compare_folder", "simulate_folder", "verify_folder"]

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sixthlink.calibrate import Calibration, SolveOptions, calibrate_head, calibrate_rig
+from sixthlink.calibrate import (
+    Calibration,
+    SolveOptions,
+    SolverScore,
+    calibrate_head,
+    calibrate_rig,
+    compare_solvers,
+    problem_of_recording,
+)
 from sixthlink.detect import detect
 from sixthlink.files import atomic_write_text, image_reader, read_recording, write_detections, write_result
 from sixthlink.progress import Progress
@@ -12,7 +20,20 @@ from sixthlink.recording import Rejection
 from sixthlink.report import report_page
 from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
 
-__all__ = ["calibrate_folder"]
+__all__ = ["calibrate_folder", "compare_folder"]
+
+
+def compare_folder(
+    folder: Path, *, arm: Path | None, options: SolveOptions, progress: Progress
+) -> tuple[SolverScore, ...]:
+    """Every solver on a recording folder, judged on shots and placements that it did not see; writes nothing."""
+    recording = shots_for(read_recording(folder, arm=arm), ("calibrate",))
+    detections, cameras = None, None
+    if recording.Ts_head_target is None:
+        detections, _ = detect(recording, image_reader(folder, recording), progress=progress)
+        cameras = calibrate_rig(recording, detections, progress=progress)
+    problem = problem_of_recording(recording, detections, cameras, options, progress)
+    return compare_solvers(problem, seed=options.seed, progress=progress)
 
 
 def calibrate_folder(

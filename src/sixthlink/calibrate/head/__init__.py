@@ -1,6 +1,7 @@
 """The head: eq. (10)-(11) as a problem, its factor, its proven minimum, the paper's search and the polish."""
 
-from sixthlink.calibrate.head.certificate import Certificate, certificate_of, solve_certified
+from sixthlink.calibrate.head.certificate import GAP_TOLERANCE, Certificate, certificate_of, solve_certified
+from sixthlink.calibrate.head.compare import SolverScore, compare_solvers
 from sixthlink.calibrate.head.factor import (
     PAPER_ROTATION_LENGTH_M,
     FactorStream,
@@ -22,6 +23,7 @@ from sixthlink.calibrate.head.refine import polished
 from sixthlink.calibrate.head.search import SearchBox, SearchReport, search_box, search_head
 
 __all__ = [
+    "GAP_TOLERANCE",
     "PAPER_ROTATION_LENGTH_M",
     "Certificate",
     "FactorStream",
@@ -31,8 +33,10 @@ __all__ = [
     "Scatter",
     "SearchBox",
     "SearchReport",
+    "SolverScore",
     "best_translation",
     "certificate_of",
+    "compare_solvers",
     "head_problem",
     "objective",
     "objective_values",

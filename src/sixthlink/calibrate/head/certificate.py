@@ -21,7 +21,7 @@ from sixthlink.calibrate.head.refine import polished_rotation
 from sixthlink.calibrate.head.relaxation import HOMOGENEOUS, orthogonality_matrices, solve_relaxation
 from sixthlink.geometry import Floats, nearest_rotation
 
-__all__ = ["Certificate", "certificate_of", "solve_certified"]
+__all__ = ["GAP_TOLERANCE", "Certificate", "certificate_of", "solve_certified"]
 
 GAP_TOLERANCE = 1e-6
 """Relative gap below which an answer counts as the proven global minimum."""
@@ -111,7 +111,7 @@ def _certificate(U2: Floats, rotation: Floats, multipliers: Floats, *, relaxed: 
         value_m2=value,
         bound_m2=max(0.0, value - drop),
         relative_gap=gap,
-        certified=gap <= GAP_TOLERANCE and eigenvalues[0] > 0.0,
+        certified=bool(gap <= GAP_TOLERANCE and eigenvalues[0] > 0.0),
         eigenvalue_ratio=float(eigenvalues[0] / max(abs(eigenvalues[-1]), 1e-300)),
         relaxed=relaxed,
     )
