@@ -37,6 +37,15 @@ check: .venv/.ready  ## lint, types, floors
 test: check  ## everything that must be green
 	.venv/bin/pytest -n 2 --dist loadfile
 
+bench: .venv/.ready .venv-cv4/.ready  ## figures of the docs: the paper's cell, closed forms beside OpenCV 4.14
+	$(PYTHON) benchmarks/paper_cell.py
+	PYTHONPATH=src .venv-cv4/bin/python benchmarks/closed_forms_against_opencv.py
+
+.venv-cv4/.ready: | $(UV)
+	test -x .venv-cv4/bin/python || $(UV) venv --quiet --python python3 .venv-cv4
+	$(UV) pip install --quiet --python .venv-cv4/bin/python numpy scipy clarabel 'opencv-python-headless==4.14.*'
+	touch $@
+
 wheel: .venv/.ready  ## build the wheel into dist/
 	$(UV) build --quiet --wheel
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from sixthlink.calibrate import Calibration
 from sixthlink.detect import detect
@@ -11,7 +14,7 @@ from sixthlink.files import atomic_write_text, image_reader, read_detections, re
 from sixthlink.geometry import Floats, inverse
 from sixthlink.measure import LengthCheck, MarkPoint, base_points, lengths_of_placements, mark_points
 from sixthlink.progress import Progress
-from sixthlink.recording import EYE_IN_HAND, Detections, Recording, Rejection, flange_poses_of, with_arm
+from sixthlink.recording import EYE_IN_HAND, Detections, Recording, Rejection, flange_poses_of, joined, with_arm
 from sixthlink.report import report_page
 from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for
 
@@ -51,7 +54,7 @@ def verify_folder(
     points, unmeasured = mark_points(calibration.rig, detections, recording.ids)
     check = _length_check(recording, calibration, points, rejections + unmeasured, given_arm=arm is not None)
     page = _report_with_check(
-        path.parent, folder=folder, whole=whole, calibration=calibration, check=check, progress=progress
+        path.parent, folder, _Verification(whole, recording, detections, calibration, check), progress
     )
     report = path.parent / REPORT
     atomic_write_text(report, page)
@@ -110,25 +113,30 @@ def _lengths(recording: Recording, points: tuple[MarkPoint, ...], X: Floats) -> 
     return lengths_of_placements(points, base_points(points, Ts_outer, X), recording.placements)
 
 
-def _report_with_check(
-    target: Path,
-    *,
-    folder: Path,
-    whole: Recording,
-    calibration: Calibration,
-    check: LengthCheck,
-    progress: Progress,
-) -> str:
-    recording = shots_for(whole, ("calibrate", "scale"))
-    detections: Detections | None = None
-    if (target / DETECTIONS).is_file() and recording.target is not None:
-        detections = read_detections(target / DETECTIONS, recording)
+@dataclass(frozen=True, eq=False)
+class _Verification:
+    """A verification as the report wants to show it: the whole recording, and what its verify shots showed."""
+
+    whole: Recording
+    part: Recording
+    detections: Detections
+    calibration: Calibration
+    check: LengthCheck
+
+
+def _report_with_check(target: Path, folder: Path, done: _Verification, progress: Progress) -> str:
+    """The calibration's page again, with the length check and the standard's placements in it."""
+    number = {shot: k for k, shot in enumerate(done.whole.ids)}
+    shots = np.array([number[done.part.ids[s]] for s in done.detections.shots], dtype=np.int64)
+    detections = replace(done.detections, shots=shots)
+    if (target / DETECTIONS).is_file() and done.whole.name == done.calibration.recording:
+        detections = joined([read_detections(target / DETECTIONS, done.whole), detections])
     return report_page(
-        calibration,
-        recording=recording,
+        done.calibration,
+        recording=done.whole,
         detections=detections,
-        read_image=image_reader(folder, recording),
-        check=check,
+        read_image=image_reader(folder, done.whole),
+        check=done.check,
         created=now(),
         progress=progress,
     )
