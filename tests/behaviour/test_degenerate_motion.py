@@ -30,7 +30,7 @@ def recorded(kind: str, rng: np.random.Generator) -> HeadProblem:
     outer = np.tile(random_transforms(rng, 1)[0], (shots, 1, 1))
     outer[:, :3, :3] = Rotation.from_rotvec(turns(kind, rng, shots)).as_matrix() @ outer[:, :3, :3]
     if kind != "identical":
-        outer[:, :3, 3] = [*rng.uniform(-0.4, 0.4, (shots, 3)), 0.8, 0.0, 0.8]
+        outer[:, :3, 3] = np.array([0.8, 0.0, 0.8]) + rng.uniform(-0.4, 0.4, (shots, 3))
     X, target = random_transforms(rng, 2, 0.3)
     inner = noisy(rng, np.linalg.inv(outer @ X) @ target, SIGMA_M, SIGMA_RAD)
     return HeadProblem(noisy(rng, outer, SIGMA_M, SIGMA_RAD), inner, np.zeros(shots, dtype=int))

@@ -21,7 +21,7 @@ from sixthlink.calibrate.head.refine import polished_rotation
 from sixthlink.calibrate.head.relaxation import HOMOGENEOUS, orthogonality_matrices, solve_relaxation
 from sixthlink.geometry import Floats, nearest_rotation
 
-__all__ = ["GAP_TOLERANCE", "Certificate", "certificate_of", "solve_certified"]
+__all__ = ["GAP_TOLERANCE", "Certificate", "certificate_of", "linear_start", "solve_certified"]
 
 GAP_TOLERANCE = 1e-6
 """Relative gap below which an answer counts as the proven global minimum."""
@@ -60,7 +60,7 @@ def solve_certified(objective: Objective) -> tuple[Floats, Certificate]:
         or the noise is beyond what the relaxation can carry; the head is then the best that was found.
     """
     U2 = objective.rotation_factor
-    rotation = polished_rotation(U2, _linear_start(U2))
+    rotation = polished_rotation(U2, linear_start(U2))
     certificate = _certificate(U2, rotation, np.zeros(len(orthogonality_matrices())), relaxed=False)
     if not certificate.certified:
         rotation, certificate = _relaxed(U2, rotation)
@@ -137,7 +137,7 @@ def _relative_gap(value: float, bound: float, scale: float) -> float:
     return (value - max(0.0, bound)) / max(value, ROUNDING * scale)
 
 
-def _linear_start(U2: Floats) -> Floats:
+def linear_start(U2: Floats) -> Floats:
     """Rotation nearest to the unconstrained least-squares solution of U₂ (vec R, 1)."""
     start = np.linalg.lstsq(U2[:, :9], -U2[:, 9], rcond=1e-9)[0]
     return nearest_rotation(np.asarray(start, dtype=np.float64).reshape(3, 3))

@@ -10,12 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from sixthlink.calibrate.head.factor import Objective, best_translation
-from sixthlink.geometry import Floats, exp_rotation, hat, nearest_rotation
+from sixthlink.geometry import Floats, exp_rotation, hat
 
 __all__ = ["polished", "polished_rotation", "rotation_jacobian"]
 
 ITERATIONS = 60
-STEP_TOLERANCE_RAD = 1e-11
+STEP_TOLERANCE_RAD = 1e-9
+"""A Gauss-Newton step this small leaves an error smaller by the ratio of residual to curvature."""
 
 _GENERATORS = hat(np.eye(3))
 
@@ -46,7 +47,7 @@ def polished_rotation(U2: Floats, rotation: Floats) -> Floats:
             if step @ step < STEP_TOLERANCE_RAD**2:
                 break
             damping = max(damping, 1e-12) * 10.0
-    return nearest_rotation(R)
+    return R
 
 
 def rotation_jacobian(U2: Floats, R: Floats) -> Floats:
