@@ -114,6 +114,17 @@ def test_shots_of_the_calibration_cannot_judge_it(images, broken):
     assert "was used for the calibration" in done.stderr
 
 
+def test_a_recording_that_only_verifies_needs_no_calibrate_shots(cell, tmp_path):
+    folder = Path(shutil.copytree(cell, tmp_path / "cell", ignore=shutil.ignore_patterns("result", "json")))
+    for name in ("shots.csv", "pixels.csv"):
+        lines = (folder / name).read_text(encoding="utf-8").splitlines()
+        kept = [lines[0], *(line for line in lines[1:] if not line.startswith("p"))]
+        (folder / name).write_text("\n".join(kept) + "\n", encoding="utf-8")
+    done = run("verify", folder, "--result", cell / "result", "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["after"]["rms_m"] < 0.15e-3
+
+
 def test_an_image_that_cannot_be_read_or_shows_no_target_is_a_named_rejection(broken):
     names = sorted((broken / "images").glob("p1_*_right.png"))
     names[0].write_bytes(b"no picture")

@@ -23,7 +23,7 @@ from sixthlink.files.shot_positions import (
     looks_like_other_unit,
     poses_from_numbers,
 )
-from sixthlink.files.shots_table import ShotLayout, Shots, check_image_files, read_shots
+from sixthlink.files.shots_table import FEWEST_SHOTS, ShotLayout, Shots, check_image_files, read_shots
 from sixthlink.files.yaml_marks import MarkedYaml, read_yaml
 from sixthlink.geometry import Floats, Orientation, inverse
 from sixthlink.recording import Detections, Recording
@@ -33,13 +33,14 @@ __all__ = ["PIXELS_FILE", "RECORDING_FILE", "SHOTS_FILE", "read_recording"]
 RECORDING_FILE, SHOTS_FILE, PIXELS_FILE = "recording.yaml", "shots.csv", "pixels.csv"
 
 
-def read_recording(folder: Path, *, arm: Path | None = None) -> Recording:
+def read_recording(folder: Path, *, arm: Path | None = None, calibrating: bool = True) -> Recording:
     """The recording in a folder (``docs/formats.md`` shows the files).
 
     Args:
         folder: The folder.
         arm: Arm file whose kinematics replace the robot's own, for example a calibrated arm; anywhere on
             disk.
+        calibrating: Whether the recording has to hold enough calibrate shots; a recording that only verifies need not.
 
     Raises:
         InputError: Something in the folder is missing, ambiguous or impossible; all findings at once.
@@ -49,7 +50,7 @@ def read_recording(folder: Path, *, arm: Path | None = None) -> Recording:
     table = read_csv(folder / SHOTS_FILE, sections.findings)
     if table is None:
         raise InputError(_in_order(sections.findings))
-    shots = read_shots(table, _layout(description), sections.findings)
+    shots = read_shots(table, _layout(description, calibrating=calibrating), sections.findings)
     joints = _joints(sections, description, table, shots)
     flange_poses = _flange_poses(sections, description, table, shots)
     target_poses = _target_poses(sections, description, table, shots)
@@ -87,7 +88,7 @@ def _sections(folder: Path) -> Sections:
         return Sections(MarkedYaml(str(path), None, {}, {}), findings=list(error.findings))
 
 
-def _layout(description: Description) -> ShotLayout:
+def _layout(description: Description, *, calibrating: bool) -> ShotLayout:
     """Columns that shots.csv must have."""
     robot = description.robot
     positions, why = None, ""
@@ -103,7 +104,8 @@ def _layout(description: Description) -> ShotLayout:
     targets: tuple[str, ...] | None = () if observations in {IMAGES, PIXELS} else None
     if observations == TARGET_POSES and description.target_orientation is not None:
         targets = _target_columns(description.target_orientation)
-    return ShotLayout(positions, targets, cameras, description.marks, why)
+    fewest = FEWEST_SHOTS if calibrating else 0
+    return ShotLayout(positions, targets, cameras, description.marks, why, fewest)
 
 
 def _target_columns(orientation: Orientation) -> tuple[str, ...]:

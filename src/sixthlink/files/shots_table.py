@@ -34,6 +34,7 @@ class ShotLayout:
         cameras: Cameras that took images, empty when there are none, None while unknown.
         marks: Names of the length standard's marks, empty without a standard, None while unknown.
         why: What the position columns follow from, for people.
+        fewest: Calibrate shots that there must be.
     """
 
     positions: tuple[str, ...] | None
@@ -41,6 +42,7 @@ class ShotLayout:
     cameras: tuple[str, ...] | None
     marks: tuple[str, ...] | None
     why: str
+    fewest: int = FEWEST_SHOTS
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def read_shots(table: CsvTable, layout: ShotLayout, findings: list[Finding]) -> 
         targets=numbers(table, layout.targets, findings) if layout.targets else None,
     )
     _check_ids(table, shots, findings)
-    _check_kinds(table, shots.kinds, findings)
+    _check_kinds(table, shots.kinds, layout.fewest, findings)
     if layout.marks is not None:
         _check_marks(table, shots, layout.marks, findings)
     return shots
@@ -138,7 +140,7 @@ def _check_ids(table: CsvTable, shots: Shots, findings: list[Finding]) -> None:
             findings.append(cell_finding(table, (i, "placement"), "is empty", "a name", cure))
 
 
-def _check_kinds(table: CsvTable, kinds: Sequence[str], findings: list[Finding]) -> None:
+def _check_kinds(table: CsvTable, kinds: Sequence[str], fewest: int, findings: list[Finding]) -> None:
     if "kind" not in table.header:
         return
     for i, kind in enumerate(kinds):
@@ -147,8 +149,8 @@ def _check_kinds(table: CsvTable, kinds: Sequence[str], findings: list[Finding])
             what = f"is '{kind}'" if kind else "is empty"
             findings.append(cell_finding(table, (i, "kind"), what, f"one of {', '.join(KINDS)}", cure))
     usable = sum(kind == CALIBRATE for kind in kinds)
-    if usable < FEWEST_SHOTS:
-        expected = f"at least {FEWEST_SHOTS}, better 10 or more"
+    if usable < fewest:
+        expected = f"at least {fewest}, better 10 or more"
         findings.append(
             Finding(table.where, "kind", f"there are {usable} calibrate shots", expected, "record more poses")
         )

@@ -41,7 +41,7 @@ def verify_folder(
     """
     path = _result_path(folder, result)
     calibration = read_result(path)
-    whole = read_recording(folder, arm=arm)
+    whole = read_recording(folder, arm=arm, calibrating=False)
     recording = shots_for(whole, ("verify",))
     _check_independent(recording, calibration, folder)
     if calibration.rig is None:
@@ -129,7 +129,8 @@ def _report_with_check(target: Path, folder: Path, done: _Verification, progress
     number = {shot: k for k, shot in enumerate(done.whole.ids)}
     shots = np.array([number[done.part.ids[s]] for s in done.detections.shots], dtype=np.int64)
     detections = replace(done.detections, shots=shots)
-    if (target / DETECTIONS).is_file() and done.whole.name == done.calibration.recording:
+    here = {shot.shot for shot in done.calibration.shots} <= number.keys()
+    if (target / DETECTIONS).is_file() and here and done.whole.name == done.calibration.recording:
         detections = joined([read_detections(target / DETECTIONS, done.whole), detections])
     return report_page(
         done.calibration,
