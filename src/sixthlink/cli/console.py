@@ -18,6 +18,9 @@ __all__ = ["EXIT_INPUT", "EXIT_OK", "EXIT_OURS", "EXIT_REFUSED", "fail", "print_
 EXIT_OK, EXIT_REFUSED, EXIT_INPUT, EXIT_OURS = 0, 1, 2, 3
 """Accepted; done but a gate refuses; the input is at fault; our fault."""
 
+SHOWN_FINDINGS = 100
+"""Findings that a terminal is given to read; one mistake in a long table can make thousands."""
+
 
 class _Bars:
     """Progress as one bar per stage on standard error."""
@@ -75,5 +78,7 @@ def _in_words(problem: Exception, *, ours: bool) -> str:
         )
     if isinstance(problem, InputError):
         count = len(problem.findings)
-        return f"{problem}\n{count} finding{'s' if count != 1 else ''}; nothing was written."
+        shown = "\n".join(str(finding) for finding in problem.findings[:SHOWN_FINDINGS])
+        more = f", the first {SHOWN_FINDINGS} shown, all with --json" if count > SHOWN_FINDINGS else ""
+        return f"{shown}\n{count} finding{'s' if count != 1 else ''}{more}; nothing was written."
     return f"{problem}\nNothing was written."
