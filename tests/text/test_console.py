@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from click.testing import CliRunner
 
 from sixthlink.cli.console import SHOWN_FINDINGS, fail
+from sixthlink.cli.main import main
 from sixthlink.errors import CalibrationError, Finding, InputError
 
 
@@ -35,3 +37,10 @@ def test_exit_codes_tell_the_users_fault_from_ours(problem, code, capsys):
         fail(problem, as_json=False)
     assert stop.value.code == code
     assert str(problem) in capsys.readouterr().err
+
+
+def test_the_help_shows_its_examples_one_to_a_line():
+    text = CliRunner().invoke(main, ["--help"]).output
+    assert "\\b" not in text
+    assert "  sixthlink verify cell" in text.replace("    ", "  ")
+    assert len([line for line in text.splitlines() if line.strip().startswith("sixthlink ")]) == 4

@@ -43,7 +43,7 @@ def _command(**settings: Any) -> Callable[[Callable[..., int]], click.Command]:
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(package_name="sixthlink")
 def main() -> None:
-    r"""Calibrate a camera or stereo head as the last link of a robot arm, and prove it on a length standard.
+    """Calibrate a camera or stereo head as the last link of a robot arm, and prove it on a length standard.
 
     \b
     A first result, from nothing:
@@ -56,7 +56,7 @@ def main() -> None:
       sixthlink init my-cell                       a commented recording to fill in
 
     Exit codes: 0 accepted, 1 done but a gate refuses, 2 the input is at fault, 3 our fault.
-    """
+    """  # noqa: D301 - click wants the backspace character itself
 
 
 @_command()
