@@ -17,7 +17,9 @@ import numpy.typing as npt
 from sixthlink.calibrate.calibration import CameraEvidence
 from sixthlink.calibrate.rig_refinement import LENS_NAMES, RigFit, RigProblem, refine_rig, unseen_lens
 from sixthlink.calibrate.rig_start import (
+    LensStart,
     beyond_reason,
+    refusals_of,
     rejections_of,
     start_lens,
     start_pose,
@@ -121,36 +123,47 @@ def _start(recording: Recording, detections: Detections, listener: Progress) -> 
     assert target is not None  # noqa: S101 - the caller made sure
     wanted = shots_of_kind(recording, "calibrate")
     points_m, half_turn = target.points_m, target.half_turn
-    rejections: list[Rejection] = []
-    cameras: list[Camera] = []
-    poses: list[dict[int, Floats]] = []
-    for c, description in enumerate(recording.head.cameras):
-        camera = description.camera
-        if camera is None:
-            lens = start_lens(description, points_m, _seen(detections, wanted, c))
-            camera = lens.camera
-            rejections.extend(rejections_of(lens.refused, recording.ids, description.name))
-            detections = without(detections, set(lens.refused), c)
-        cameras.append(camera)
-        poses.append(view_poses(description.name, camera, points_m, _seen(detections, wanted, c)))
+    cameras, poses, single = _lenses(recording, points_m, detections, wanted)
     listener.step(STAGE, 1, 4)
-    Ts_camera_head = [np.eye(4)]
+    Ts_camera_head, pairs = [np.eye(4)], []
     reference = recording.head.cameras[0].name
     for c, description in enumerate(recording.head.cameras[1:], start=1):
         pair = (reference, description.name)
         between = start_pose(pair, poses[0], poses[c], points_m, half_turn, description.T_camera_head)
-        rejections.extend(rejections_of(between.refused, recording.ids, ""))
-        detections = without(detections, set(between.refused))
         if half_turn is not None:
             detections = _turned(detections, between.turned, c, half_turn)
         Ts_camera_head.append(between.T_camera_head)
+        pairs.append(between)
+    refusals = refusals_of(single, pairs)
+    rejections: list[Rejection] = []
+    for at, refused in refusals.items():
+        name = "" if at is None else recording.head.cameras[at].name
+        rejections.extend(rejections_of(refused, recording.ids, name))
+        detections = without(detections, set(refused), at)
     rig = CameraRig(tuple(d.name for d in recording.head.cameras), tuple(cameras), np.stack(Ts_camera_head))
     alive = set(detections.shots[np.isin(detections.shots, wanted)].tolist())
     Ts_head_target: dict[int, Floats] = {}
     for c in reversed(range(len(cameras))):  # the reference speaks last
         T_head_camera = inverse(rig.Ts_camera_head[c])
-        Ts_head_target |= {s: T_head_camera @ T for s, T in poses[c].items() if s in alive}
+        good = alive - refusals[c].keys()
+        Ts_head_target |= {s: T_head_camera @ T for s, T in poses[c].items() if s in good}
     return _Start(rig, Ts_head_target, detections, rejections)
+
+
+def _lenses(
+    recording: Recording, points_m: Floats, detections: Detections, wanted: Ints
+) -> tuple[list[Camera], list[dict[int, Floats]], list[dict[int, str]]]:
+    """Per camera: its given or first lens, the target's pose in each view, and which views it refused by itself."""
+    cameras: list[Camera] = []
+    poses: list[dict[int, Floats]] = []
+    single: list[dict[int, str]] = []
+    for c, description in enumerate(recording.head.cameras):
+        seen = _seen(detections, wanted, c)
+        lens = LensStart(description.camera, {}) if description.camera else start_lens(description, points_m, seen)
+        cameras.append(lens.camera)
+        single.append(lens.refused)
+        poses.append(view_poses(description.name, lens.camera, points_m, seen))
+    return cameras, poses, single
 
 
 def _seen(detections: Detections, shots: Ints, camera: int) -> Detections:

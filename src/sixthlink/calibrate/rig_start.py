@@ -18,7 +18,19 @@ from sixthlink.errors import CalibrationError, TooFewShotsError
 from sixthlink.geometry import Floats, Ints, inverse, mean_transform, rotation_angle
 from sixthlink.recording import CameraDescription, Detections, Rejection, selected
 
-__all__ = ["FEWEST_VIEWS", "LensStart", "PoseStart", "start_lens", "start_pose", "view_poses", "views_beyond"]
+__all__ = [
+    "FEWEST_VIEWS",
+    "LensStart",
+    "PoseStart",
+    "beyond_reason",
+    "refusals_of",
+    "rejections_of",
+    "start_lens",
+    "start_pose",
+    "view_poses",
+    "views_beyond",
+    "without",
+]
 
 FEWEST_VIEWS = 3
 """Shots that a lens, or the pose of a camera beside the reference, needs at least."""
@@ -45,11 +57,13 @@ class PoseStart:
     Attributes:
         T_camera_head: ``(4, 4)`` pose of the head frame in the camera.
         turned: Shots in which the camera read a symmetric target from the other end than the reference.
-        refused: Reason per shot in which the two cameras contradict the majority.
+        exchanged: Reason per shot in which the two cameras' images look exchanged.
+        refused: Reason per shot in which the two cameras contradict the majority in another way.
     """
 
     T_camera_head: Floats
     turned: tuple[int, ...]
+    exchanged: dict[int, str]
     refused: dict[int, str]
 
 
@@ -157,7 +171,7 @@ def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over
     """
     shots = sorted(Ts_reference_target.keys() & Ts_camera_target.keys())
     if given is not None and not shots:
-        return PoseStart(given, (), {})
+        return PoseStart(given, (), {}, {})
     if given is None and len(shots) < FEWEST_VIEWS:
         raise TooFewShotsError(
             f"cameras {names[0]!r} and {names[1]!r} see the target together in {len(shots)} shots, expected at least "
@@ -177,13 +191,12 @@ def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over
     good = np.flatnonzero(choice >= 0)
     exchanged = _agreement(inverse(candidates), votes[best], 2.0 * reach_m) >= 0
     _refuse_contradiction(names, given, len(good), int(np.count_nonzero(exchanged)), len(shots))
-    refused = {
-        shots[k]: _contradiction(names, candidates[k, 0], votes[best], bool(exchanged[k]))
-        for k in np.flatnonzero(choice < 0)
-    }
+    against = np.flatnonzero(choice < 0)
+    swapped = {shots[k]: f"the images of {names[0]!r} and {names[1]!r} look exchanged" for k in against if exchanged[k]}
+    refused = {shots[k]: _contradiction(names, candidates[k, 0], votes[best]) for k in against if not exchanged[k]}
     turned = tuple(shots[k] for k in good if choice[k] == 1)
     T = given if given is not None else mean_transform(candidates[good, choice[good]])
-    return PoseStart(T, turned, refused)
+    return PoseStart(T, turned, swapped, refused)
 
 
 def _agreement(candidates: Floats, T: Floats, reach_m: Floats) -> Ints:
@@ -201,8 +214,7 @@ def _refuse_contradiction(
     if given is not None and exchanged > agreeing:
         raise CalibrationError(
             f"the images of {names[0]!r} and {names[1]!r} look exchanged in {exchanged} of {total} shots: the "
-            "given pose "
-            "between the cameras fits the other way round; exchange their image columns"
+            "given pose between the cameras fits the other way round; exchange their image columns"
         )
     if given is not None and not agreeing:
         raise CalibrationError(
@@ -216,15 +228,31 @@ def _refuse_contradiction(
         )
 
 
-def _contradiction(names: tuple[str, str], T: Floats, expected: Floats, exchanged: bool) -> str:
-    if exchanged:
-        return f"the images of {names[0]!r} and {names[1]!r} look exchanged in this shot"
+def _contradiction(names: tuple[str, str], T: Floats, expected: Floats) -> str:
     angle = float(np.rad2deg(rotation_angle(T[:3, :3].T @ expected[:3, :3])))
     shift = float(np.linalg.norm(T[:3, 3] - expected[:3, 3]))
     return (
         f"the target's poses in {names[0]!r} and {names[1]!r} contradict the other shots by {angle:.1f}° and "
         f"{1e3 * shift:.0f} mm; are both images from the same moment?"
     )
+
+
+def refusals_of(single: list[dict[int, str]], pairs: list[PoseStart]) -> dict[int | None, dict[int, str]]:
+    """Reason per refused shot: of one camera, or of all under None.
+
+    Exchanged images explain why a camera by itself refused a view; any other contradiction follows from such a view.
+    """
+    exchanged: dict[int, str] = {}
+    contradicting: dict[int, str] = {}
+    for between in pairs:
+        exchanged |= between.exchanged
+        contradicting |= between.refused
+    by_one = {s for refused in single for s in refused}
+    whole = exchanged | {s: reason for s, reason in contradicting.items() if s not in by_one | exchanged.keys()}
+    refusals: dict[int | None, dict[int, str]] = {
+        c: {s: reason for s, reason in refused.items() if s not in exchanged} for c, refused in enumerate(single)
+    }
+    return refusals | {None: whole}
 
 
 def without(detections: Detections, shots: set[int], camera: int | None = None) -> Detections:

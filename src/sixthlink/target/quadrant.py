@@ -44,16 +44,25 @@ MOST_UNEVEN = 0.15
 """Mean departure from two plain levels of grey along a circle, as a share of their difference."""
 
 RIVAL_SHARE = 0.4
-"""A second candidate with more than this share of the best one's size makes the answer ambiguous."""
+"""A second candidate with more than this share of the best one's weight makes the answer ambiguous."""
+
+CENTRE_WINDOW_PX = 4.0
+"""Half window that centres a candidate [pixel of the reduced image]; half a pixel aside spoils small circles."""
 
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A place that looks like the mark: centre and radius in pixels of the full image."""
+    """A place that looks like the mark: centre and radius in pixels of the full image, contrast from 0 to 1."""
 
     u: float
     v: float
     radius_px: float
+    contrast: float
+
+    @property
+    def weight(self) -> float:
+        """How much speaks for it: printed black and white at size, against chance shades of grey."""
+        return self.radius_px * self.contrast
 
 
 def find_quadrant_mark(image: GreyImage) -> Found | NotFound:
@@ -72,7 +81,7 @@ def find_quadrant_mark(image: GreyImage) -> Found | NotFound:
             "no quadrant mark found: expected one disc of alternating black and white quarters, sharp and whole"
         )
     best = candidates[0]
-    if len(candidates) > 1 and candidates[1].radius_px > RIVAL_SHARE * best.radius_px:
+    if len(candidates) > 1 and candidates[1].weight > RIVAL_SHARE * best.weight:
         rival = candidates[1]
         return NotFound(
             f"two places look like the quadrant mark, ({best.u:.0f}, {best.v:.0f}) and "
@@ -111,19 +120,26 @@ def _candidates(image: GreyImage, width: int) -> list[_Candidate]:
     highest = np.asarray(cv2.dilate(strength, np.ones((7, 7), np.uint8)))
     v, u = np.nonzero((strength >= highest) & (strength > 0.0))
     order = np.argsort(-strength[v, u], kind="stable")[:CANDIDATES]
-    centres = np.stack([u[order], v[order]], axis=1).astype(np.float64)
-    radii = _pattern_radii(reduced, centres)
+    peaks = np.stack([u[order], v[order]], axis=1).astype(np.float64)
+    refined, good = refine_saddles(reduced, peaks, CENTRE_WINDOW_PX, CENTRE_WINDOW_PX)
+    centres = refined[good]
+    radii, contrasts = _pattern(reduced, centres)
     scale = image.shape[1] / reduced.shape[1]
     places = full_pixels(centres, reduced, image)
     return [
-        _Candidate(float(place[0]), float(place[1]), float(radius * scale))
-        for place, radius in zip(places, radii, strict=True)
+        _Candidate(float(place[0]), float(place[1]), float(radius * scale), float(contrast))
+        for place, radius, contrast in zip(places, radii, contrasts, strict=True)
         if radius > 0.0
     ]
 
 
-def _pattern_radii(grey: npt.NDArray[np.uint8], centres: Floats) -> Floats:
-    """Radius ``(N,)`` of the largest of an unbroken run of circles that show the pattern [pixel]; 0 without a run."""
+def _pattern(grey: npt.NDArray[np.uint8], centres: Floats) -> tuple[Floats, Floats]:
+    """Size and contrast of the pattern around each centre, both 0 where fewer than three circles show it.
+
+    Returns:
+        ``(N,)`` radius of the largest of an unbroken run of circles that show the pattern [pixel]; ``(N,)`` mean
+        difference of bright and dark on these circles, as a share of the image's own range of grey.
+    """
     from scipy.ndimage import map_coordinates
 
     angle = np.arange(ANGLES) * (2.0 * np.pi / ANGLES)
@@ -132,13 +148,19 @@ def _pattern_radii(grey: npt.NDArray[np.uint8], centres: Floats) -> Floats:
     rings = map_coordinates(grey.astype(np.float32), [at[..., 1], at[..., 0]], order=1, mode="nearest")
     inside = ((at >= 0.0) & (at <= np.array(grey.shape)[::-1] - 1)).all(axis=(-1, -2))
     low, high = np.percentile(grey, (1.0, 99.0))
-    good = inside & _shows_quarters(rings.astype(np.float64), LEAST_CONTRAST * float(max(high - low, 1.0)))
-    unbroken = np.cumprod(good, axis=1).sum(axis=1)
-    return np.where(unbroken >= 3, RADII_PX[np.maximum(unbroken, 1) - 1], 0.0)
+    shown, contrasts = _shows_quarters(rings.astype(np.float64) / float(max(high - low, 1.0)))
+    run = np.cumprod(inside & shown, axis=1)
+    unbroken = run.sum(axis=1)
+    enough = unbroken >= 3
+    contrast = np.sum(run * contrasts, axis=1) / np.maximum(unbroken, 1)
+    return np.where(enough, RADII_PX[np.maximum(unbroken, 1) - 1], 0.0), np.where(enough, contrast, 0.0)
 
 
-def _shows_quarters(rings: Floats, least_contrast: float) -> npt.NDArray[np.bool_]:
-    """Which circles ``(..., A)`` show two bright and two dark arcs, even in grey, facing each other, a quarter each."""
+def _shows_quarters(rings: Floats) -> tuple[npt.NDArray[np.bool_], Floats]:
+    """Which circles ``(..., A)`` show two bright and two dark arcs, even in grey, facing each other, a quarter each.
+
+    The second answer is the difference of bright and dark on each circle.
+    """
     top, bottom = np.percentile(rings, (85.0, 15.0), axis=-1)
     middle = 0.5 * (top + bottom)[..., None]
     signs = np.where(rings > middle, 1.0, -1.0)
@@ -147,13 +169,14 @@ def _shows_quarters(rings: Floats, least_contrast: float) -> npt.NDArray[np.bool
     facing = (signs * np.roll(signs, ANGLES // 2, axis=-1)).mean(axis=-1)
     beside = (signs * np.roll(signs, ANGLES // 4, axis=-1)).mean(axis=-1)
     quarters = (changes == 4) & (facing > 0.7) & (beside < -0.3)
-    return np.asarray(quarters & (top - bottom > least_contrast) & (even < MOST_UNEVEN * (top - bottom)))
+    contrast = np.asarray(top - bottom)
+    return np.asarray(quarters & (contrast > LEAST_CONTRAST) & (even < MOST_UNEVEN * contrast)), contrast
 
 
 def _distinct(candidates: list[_Candidate]) -> list[_Candidate]:
-    """One candidate per place, the largest first."""
+    """One candidate per place, the weightiest first."""
     kept: list[_Candidate] = []
-    for c in sorted(candidates, key=lambda c: -c.radius_px):
+    for c in sorted(candidates, key=lambda c: -c.weight):
         if all(np.hypot(c.u - k.u, c.v - k.v) > 0.5 * k.radius_px for k in kept):
             kept.append(c)
     return kept
