@@ -29,7 +29,7 @@ class Gate:
     Attributes:
         name: Short name.
         passed: The answer.
-        message: The figure it rests on, its limit, and what to do when it refuses.
+        message: The figure it rests on and its limit; where it refuses, also what to do.
     """
 
     name: str

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.calibrate.calibration import CameraEvidence
-from sixthlink.calibrate.rig_refinement import LENS_NAMES, RigFit, RigProblem, refine_rig, unseen_lens
+from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
 from sixthlink.calibrate.rig_start import (
     LensStart,
     beyond_reason,
@@ -27,7 +27,7 @@ from sixthlink.calibrate.rig_start import (
     views_beyond,
     without,
 )
-from sixthlink.camera import Camera, CameraRig
+from sixthlink.camera import LENS_NAMES, Camera, CameraRig
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent

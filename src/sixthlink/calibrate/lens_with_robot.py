@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.head import HeadProblem, placement_poses, scatter
-from sixthlink.camera import Camera, CameraRig, pixel_jacobian
+from sixthlink.camera import Camera, CameraRig, camera_with_lens, lens_vector, pixel_jacobian
 from sixthlink.geometry import Floats, Ints, apply_motion, hat, motion_between
 from sixthlink.recording import selected
 
@@ -77,21 +77,16 @@ def refine_lens_with_robot(
         noise_px=cameras.noise_px,
         free=evidence.std > 0.0,
     )
-    lens = np.concatenate([camera.focal_px, camera.centre_px, camera.distortion])
-    state = _State(lens, X, placement_poses(problem, X), problem.Ts_inner)
+    state = _State(lens_vector(camera), X, placement_poses(problem, X), problem.Ts_inner)
     covariance = np.zeros((9, 9))
     for _ in range(ROUNDS):
         found = scatter(replace(problem, Ts_inner=state.Ts_head_target), state.X)
         sigmas = np.repeat([found.rms_translation_m, found.rms_rotation_rad], 3) / np.sqrt(3.0)
         state, covariance = _fitted(camera, data, problem, state, np.maximum(sigmas, 1e-9))
-    better = _camera(camera, state.lens)
+    better = camera_with_lens(camera, state.lens)
     rig = CameraRig(cameras.rig.names, (better,), cameras.rig.Ts_camera_head)
     std = np.sqrt(np.diag(covariance))
     return replace(cameras, rig=rig, cameras=(replace(evidence, std=std),))
-
-
-def _camera(camera: Camera, lens: Floats) -> Camera:
-    return replace(camera, focal_px=lens[:2], centre_px=lens[2:4], distortion=lens[4:])
 
 
 def _fitted(camera: Camera, data: _Data, problem: HeadProblem, state: _State, sigmas: Floats) -> tuple[_State, Floats]:
@@ -129,7 +124,7 @@ def _linearised(
     points_camera = lever + T[:, :3, 3]
     if (points_camera[:, 2] <= 0.0).any() or (state.lens[:2] <= 0.0).any():
         return np.inf, (np.zeros((0, 0)),) * 5
-    predicted, by_point, by_lens = pixel_jacobian(_camera(camera, state.lens), points_camera)
+    predicted, by_point, by_lens = pixel_jacobian(camera_with_lens(camera, state.lens), points_camera)
     r = (predicted - data.pixels) / data.noise_px
     A = by_lens[:, :, data.free] / data.noise_px
     B = np.concatenate([by_point, -by_point @ hat(lever)], axis=-1) / data.noise_px

@@ -5,7 +5,7 @@ The walk of the paper: target pose per shot, eq. (10)-(11) over all placements, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from sixthlink.calibrate.head import (
     GAP_TOLERANCE,
     Certificate,
     HeadProblem,
+    Objective,
     Scatter,
     SearchReport,
     certificate_of,
@@ -28,6 +29,7 @@ from sixthlink.calibrate.head import (
     scatter,
     search_box,
     search_head,
+    solve_certified,
 )
 from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
@@ -36,7 +38,6 @@ from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress
 from sixthlink.recording import (
     EYE_IN_HAND,
-    Detections,
     Recording,
     Rejection,
     flange_poses_of,
@@ -70,30 +71,31 @@ class SolveOptions:
 
 @dataclass(frozen=True, eq=False)
 class _Usable:
-    """Calibration shots with a target pose, as a problem whose unknown is the head in the frame of link 5."""
+    """Calibration shots with a target pose, ready for eq. (11).
 
+    Attributes:
+        cameras: The cameras that located the targets, or None when target poses were recorded.
+        shots: Index of each usable shot in the recording.
+        targets: Evidence of the target poses where they came from pixels.
+        problem: The shots as a problem whose unknown is the head in the frame that carries it.
+        eq11: Eq. (11) of that problem.
+        placements: Names of the placements.
+        half_turned: Whether a symmetric target was read from its other end.
+        rejections: Everything that was refused on the way here.
+    """
+
+    cameras: RigCalibration | None
     shots: Ints
+    targets: TargetPoses | None
     problem: HeadProblem
+    eq11: Objective
     placements: tuple[str, ...]
     half_turned: npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class _Solution:
-    """One pass through eq. (11)."""
-
-    usable: _Usable
-    targets: TargetPoses | None
-    X_link5: Floats
-    search: SearchReport
-    certificate: Certificate
-    pairs: int
-    rejected: tuple[Rejection, ...]
+    rejections: tuple[Rejection, ...]
 
 
 def calibrate_head(
     recording: Recording,
-    detections: Detections | None,
     cameras: RigCalibration | None,
     options: SolveOptions,
     progress: Progress,
@@ -105,8 +107,7 @@ def calibrate_head(
 
     Args:
         recording: What was recorded; its arm is taken as exact.
-        detections: What the cameras saw, or None for a recording of target poses.
-        cameras: The calibrated cameras, or None for a recording of target poses.
+        cameras: The calibrated cameras with what they saw, or None for a recording of target poses.
         options: Choices of the solver.
         progress: Listener.
         rejections: Images already rejected on the way here.
@@ -114,88 +115,80 @@ def calibrate_head(
 
     Raises:
         TooFewShotsError: No placement has three usable shots.
+        DegenerateMotionError: The motion leaves a direction of the head unseen.
     """
-    cameras, solution = _with_final_lens(recording, detections, cameras, options, progress, rejections)
-    usable, targets, X_link5 = solution.usable, solution.targets, solution.X_link5
+    usable = _usable_with_final_lens(recording, cameras, options, rejections)
+    X, search = _searched(recording, usable, options, progress)
+    certificate = certificate_of(usable.eq11, X[:3, :3])
+    final = usable.cameras
     return Calibration(
         recording=recording.name,
         mount=recording.mount,
         solver="paper",
-        X=inverse(_T_link5_outer(recording)) @ X_link5,
+        X=X,
         arm=recording.arm if recording.joints is not None else None,
-        rig=cameras.rig if cameras else None,
-        cameras=cameras.cameras if cameras else (),
-        stereo_rms_px=cameras.stereo_rms_px if cameras else 0.0,
+        rig=final.rig if final else None,
+        cameras=final.cameras if final else (),
+        stereo_rms_px=final.stereo_rms_px if final else 0.0,
         placements=usable.placements,
-        Ts_base_target=placement_poses(usable.problem, X_link5),
-        value_m2=solution.search.value_m2,
+        Ts_base_target=placement_poses(usable.problem, X),
+        value_m2=search.value_m2,
         rotation_length_m=options.rotation_length_m,
-        pairs=solution.pairs,
-        search=solution.search,
-        certificate=solution.certificate,
-        shots=_shot_evidence(recording, usable, targets, scatter(usable.problem, X_link5)),
-        rejections=solution.rejected,
-        gates=_gates(recording, usable, solution.certificate),
+        pairs=usable.eq11.pairs,
+        search=search,
+        certificate=certificate,
+        shots=_shot_evidence(recording, usable, scatter(usable.problem, X)),
+        rejections=usable.rejections,
+        gates=_gates(recording, usable, certificate),
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )
 
 
-def problem_of_recording(
-    recording: Recording,
-    detections: Detections | None,
-    cameras: RigCalibration | None,
-    options: SolveOptions,
-    progress: Progress,
-) -> HeadProblem:
+def problem_of_recording(recording: Recording, cameras: RigCalibration | None, options: SolveOptions) -> HeadProblem:
     """What the head solvers see of a recording: its usable shots, their targets located with the final lens."""
-    return _with_final_lens(recording, detections, cameras, options, progress, ())[1].usable.problem
+    return _usable_with_final_lens(recording, cameras, options, ()).problem
 
 
-def _with_final_lens(  # noqa: PLR0917 - what calibrate_head was given
+def _usable_with_final_lens(
     recording: Recording,
-    detections: Detections | None,
     cameras: RigCalibration | None,
     options: SolveOptions,
-    progress: Progress,
     rejections: tuple[Rejection, ...],
-) -> tuple[RigCalibration | None, _Solution]:
-    """The solution; for a single self-calibrated camera once more with the lens that the robot has refined."""
-    solution = _solved(recording, detections, cameras, options, progress, rejections)
+) -> _Usable:
+    """The usable shots; for a single self-calibrated camera located with the lens that the robot has refined.
+
+    Raises:
+        DegenerateMotionError: The motion leaves a direction of the head unseen.
+    """
+    usable = _usable(recording, cameras, options, rejections)
+    X = solve_certified(usable.eq11)[0]
+    _refuse_unseen(recording, usable, X)
     if cameras and len(cameras.cameras) == 1 and cameras.cameras[0].calibrated:
-        cameras = _with_robot(recording, cameras, solution)
-        solution = _solved(recording, detections, cameras, options, progress, rejections)
-    return cameras, solution
+        usable = _usable(recording, _with_robot(recording, cameras, usable, X), options, rejections)
+    return usable
 
 
-def _solved(  # noqa: PLR0917 - what calibrate_head was given
-    recording: Recording,
-    detections: Detections | None,
-    cameras: RigCalibration | None,
-    options: SolveOptions,
-    progress: Progress,
-    rejections: tuple[Rejection, ...],
-) -> _Solution:
-    """Target poses, eq. (11), search and polish, with the cameras as they are."""
-    shots, targets = _located(recording, detections, cameras)
-    rejected = rejections + (cameras.rejections if cameras else ()) + (targets.rejections if targets else ())
-    usable = _usable(recording, shots, targets, rejected)
-    eq11 = objective(usable.problem, options.rotation_length_m)
-    X_link5, search = search_head(
-        eq11, search_box(usable.problem), seed=options.seed, budget=options.budget, progress=progress
-    )
-    _refuse_unseen(recording, usable, X_link5, options.rotation_length_m)
-    certificate = certificate_of(eq11, X_link5[:3, :3])
-    return _Solution(usable, targets, X_link5, search, certificate, eq11.pairs, rejected)
-
-
-def _refuse_unseen(recording: Recording, usable: _Usable, X_link5: Floats, rotation_length_m: float) -> None:
-    """Refuse a motion that leaves a direction of the head unseen, and name it in the frame that carries the head."""
+def _searched(
+    recording: Recording, usable: _Usable, options: SolveOptions, progress: Progress
+) -> tuple[Floats, SearchReport]:
+    """The head by the paper's search, whose six numbers live in the frame of link 5 where there is one."""
     T_link5_outer = _T_link5_outer(recording)
-    problem = replace(usable.problem, Ts_outer=usable.problem.Ts_outer @ T_link5_outer)
+    in_link5 = replace(usable.problem, Ts_outer=usable.problem.Ts_outer @ inverse(T_link5_outer))
+    X_link5, search = search_head(
+        objective(in_link5, options.rotation_length_m),
+        search_box(in_link5),
+        seed=options.seed,
+        budget=options.budget,
+        progress=progress,
+    )
+    return inverse(T_link5_outer) @ X_link5, search
+
+
+def _refuse_unseen(recording: Recording, usable: _Usable, X: Floats) -> None:
+    """Refuse a motion that leaves a direction of the head unseen, and name it in the frame that carries the head."""
     carrier = "flange" if recording.mount == EYE_IN_HAND else "base"
-    rotation = (inverse(T_link5_outer) @ X_link5)[:3, :3]
-    seen = observability(objective(problem, rotation_length_m), rotation, carrier=carrier)
+    seen = observability(usable.eq11, X[:3, :3], carrier=carrier)
     if not seen.complete:
         raise DegenerateMotionError(
             "the robot's motion cannot show " + "; ".join(seen.words) + "; add shots that turn the flange by 20° or "
@@ -204,9 +197,9 @@ def _refuse_unseen(recording: Recording, usable: _Usable, X_link5: Floats, rotat
         )
 
 
-def _with_robot(recording: Recording, cameras: RigCalibration, solution: _Solution) -> RigCalibration:
+def _with_robot(recording: Recording, cameras: RigCalibration, usable: _Usable, X: Floats) -> RigCalibration:
     """A single camera whose lens the robot has helped to determine, its detections named alike in all shots."""
-    usable, target = solution.usable, recording.target
+    target = recording.target
     if target is None:
         return cameras
     if target.half_turn is not None:
@@ -214,7 +207,7 @@ def _with_robot(recording: Recording, cameras: RigCalibration, solution: _Soluti
         named = cameras.detections.points
         points = np.where(turned, target.half_turn[named], named)
         cameras = replace(cameras, detections=replace(cameras.detections, points=points))
-    return refine_lens_with_robot(cameras, target.points_m, usable.shots, usable.problem, solution.X_link5)
+    return refine_lens_with_robot(cameras, target.points_m, usable.shots, usable.problem, X)
 
 
 def _T_link5_outer(recording: Recording) -> Floats:
@@ -224,28 +217,33 @@ def _T_link5_outer(recording: Recording) -> Floats:
     return last_link(recording.arm)
 
 
-def _located(
-    recording: Recording, detections: Detections | None, cameras: RigCalibration | None
-) -> tuple[Ints, TargetPoses | None]:
-    """Calibration shots with a target pose, and the poses' evidence where they came from pixels."""
+def _located(recording: Recording, cameras: RigCalibration | None) -> tuple[Ints, TargetPoses | None, Floats]:
+    """Calibration shots with a target pose, the evidence where it came from pixels, and the poses."""
     wanted = shots_of_kind(recording, "calibrate")
-    if detections is None or cameras is None:
-        return wanted, None
+    if cameras is None:
+        if recording.Ts_head_target is None:
+            raise ValueError("the recording has neither pixels nor target poses")
+        return wanted, None, recording.Ts_head_target[wanted]
     if recording.target is None:
         raise ValueError("pixels need a target to be explained by")
     seen = selected(cameras.detections, np.isin(cameras.detections.shots, wanted))
     targets = locate_targets(
         cameras.rig, recording.target.points_m, seen, recording.ids, half_turn=recording.target.half_turn
     )
-    return targets.shots, targets
+    return targets.shots, targets, targets.Ts_head_target
 
 
-def _usable(recording: Recording, shots: Ints, targets: TargetPoses | None, rejected: Sequence[Rejection]) -> _Usable:
+def _usable(
+    recording: Recording,
+    cameras: RigCalibration | None,
+    options: SolveOptions,
+    rejections: tuple[Rejection, ...],
+) -> _Usable:
+    shots, targets, Ts_head_target = _located(recording, cameras)
+    rejected = rejections + (cameras.rejections if cameras else ()) + (targets.rejections if targets else ())
+    placements, names = placement_indices(recording, shots)
     try:
-        placements, names = placement_indices(recording, shots)
-        Ts_outer = flange_poses_of(recording)[shots]
-        Ts_head_target = targets.Ts_head_target if targets else _recorded_poses(recording)[shots]
-        problem = head_problem(recording.mount, Ts_outer, Ts_head_target, placements)
+        problem = head_problem(recording.mount, flange_poses_of(recording)[shots], Ts_head_target, placements)
     except TooFewShotsError as few:
         reasons = "".join(f"\n  {r.shot} {r.camera}: {r.reason}" for r in rejected)
         raise TooFewShotsError(f"{few}{reasons}", needed=few.needed, usable=few.usable) from None
@@ -254,19 +252,12 @@ def _usable(recording: Recording, shots: Ints, targets: TargetPoses | None, reje
         H = half_turn_transform(recording.target.points_m, recording.target.half_turn)
         half_turned = opposite_readings(problem, H)
         problem = replace(problem, Ts_inner=np.where(half_turned[:, None, None], Ts_head_target @ H, Ts_head_target))
-    in_link5 = replace(problem, Ts_outer=problem.Ts_outer @ inverse(_T_link5_outer(recording)))
-    return _Usable(shots, in_link5, names, half_turned)
+    eq11 = objective(problem, options.rotation_length_m)
+    return _Usable(cameras, shots, targets, problem, eq11, names, half_turned, rejected)
 
 
-def _recorded_poses(recording: Recording) -> Floats:
-    if recording.Ts_head_target is None:
-        raise ValueError("the recording has neither pixels nor target poses")
-    return recording.Ts_head_target
-
-
-def _shot_evidence(
-    recording: Recording, usable: _Usable, targets: TargetPoses | None, residuals: Scatter
-) -> tuple[ShotEvidence, ...]:
+def _shot_evidence(recording: Recording, usable: _Usable, residuals: Scatter) -> tuple[ShotEvidence, ...]:
+    targets = usable.targets
     return tuple(
         ShotEvidence(
             shot=recording.ids[shot],
@@ -284,16 +275,22 @@ def _shot_evidence(
 def _gates(recording: Recording, usable: _Usable, certificate: Certificate) -> tuple[Gate, ...]:
     recorded, used = len(shots_of_kind(recording, "calibrate")), len(usable.shots)
     return (
-        Gate(
+        _gate(
             "enough shots used",
             used >= MINIMUM_USED_SHARE * recorded,
-            f"{used} of {recorded} calibration shots were usable, at least {MINIMUM_USED_SHARE:.0%} are needed; "
+            f"{used} of {recorded} calibration shots were usable, at least {MINIMUM_USED_SHARE:.0%} are needed",
             "the rejections say what to change",
         ),
-        Gate(
+        _gate(
             "proven minimum",
             certificate.certified,
             f"eq. (11) is within {certificate.relative_gap:.1e} of its proven lower bound, at most "
-            f"{GAP_TOLERANCE:.0e} is accepted; if not, more swarms or iterations, or better shots, help",
+            f"{GAP_TOLERANCE:.0e} is accepted",
+            "more swarms or iterations help, or shots with less noise",
         ),
     )
+
+
+def _gate(name: str, passed: bool, figure: str, cure: str) -> Gate:
+    """A gate whose message carries the cure only where one is needed."""
+    return Gate(name, passed, figure if passed else f"{figure}; {cure}")

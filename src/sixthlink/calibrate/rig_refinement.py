@@ -6,19 +6,16 @@ Target poses are eliminated shot by shot (Schur complement), so the cost grows l
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from sixthlink.camera import CameraRig, pixel_jacobian
+from sixthlink.camera import CameraRig, camera_with_lens, lens_vector, pixel_jacobian
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, apply_motion, hat
 
-__all__ = ["LENS_NAMES", "RigFit", "RigProblem", "refine_rig", "unseen_lens"]
-
-LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-"""Order of a camera's intrinsics in parameter vectors, as in ``camera.pixel_jacobian``."""
+__all__ = ["RigFit", "RigProblem", "refine_rig", "unseen_lens"]
 
 ITERATIONS = 60
 
@@ -175,13 +172,13 @@ def _moved(problem: RigProblem, rig: CameraRig, step: Floats) -> CameraRig | Non
     cameras, Ts_camera_head = list(rig.cameras), rig.Ts_camera_head.copy()
     used = 0
     for c, camera in enumerate(rig.cameras):
-        lens = np.concatenate([camera.focal_px, camera.centre_px, camera.distortion])
+        lens = lens_vector(camera)
         free = np.flatnonzero(problem.free_lens[c])
         lens[free] += step[used : used + len(free)]
         used += len(free)
         if (lens[:2] <= 0.0).any():
             return None
-        cameras[c] = replace(camera, focal_px=lens[:2], centre_px=lens[2:4], distortion=lens[4:])
+        cameras[c] = camera_with_lens(camera, lens)
     for c in np.flatnonzero(problem.free_pose).tolist():
         Ts_camera_head[c] = apply_motion(Ts_camera_head[c], step[used : used + 6])
         used += 6

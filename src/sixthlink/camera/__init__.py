@@ -1,7 +1,25 @@
 """Lens and camera models, the rig that is the head, and triangulation. Knows nothing of robots."""
 
-from sixthlink.camera.camera import Camera, pixel_jacobian, pixels_from_points, rays_from_pixels
+from sixthlink.camera.camera import (
+    LENS_NAMES,
+    Camera,
+    camera_with_lens,
+    lens_vector,
+    pixel_jacobian,
+    pixels_from_points,
+    rays_from_pixels,
+)
 from sixthlink.camera.rig import CameraRig
 from sixthlink.camera.triangulation import triangulate
 
-__all__ = ["Camera", "CameraRig", "pixel_jacobian", "pixels_from_points", "rays_from_pixels", "triangulate"]
+__all__ = [
+    "LENS_NAMES",
+    "Camera",
+    "CameraRig",
+    "camera_with_lens",
+    "lens_vector",
+    "pixel_jacobian",
+    "pixels_from_points",
+    "rays_from_pixels",
+    "triangulate",
+]

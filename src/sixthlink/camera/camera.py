@@ -6,16 +6,25 @@ of the first pixel is (0, 0). A camera looks along its +z axis, x to the right o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats, frozen_floats
 
-__all__ = ["Camera", "pixel_jacobian", "pixels_from_points", "rays_from_pixels"]
+__all__ = [
+    "LENS_NAMES",
+    "Camera",
+    "camera_with_lens",
+    "lens_vector",
+    "pixel_jacobian",
+    "pixels_from_points",
+    "rays_from_pixels",
+]
 
-DISTORTION_NAMES = ("k1", "k2", "p1", "p2", "k3")
+LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+"""Order of the intrinsics wherever they are a vector."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +61,16 @@ class Camera:
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
+def lens_vector(camera: Camera) -> Floats:
+    """Intrinsics ``(9,)`` in the order of ``LENS_NAMES`` [pixel, -]."""
+    return np.concatenate([camera.focal_px, camera.centre_px, camera.distortion])
+
+
+def camera_with_lens(camera: Camera, lens: Floats) -> Camera:
+    """The same camera with other intrinsics ``(9,)``: the inverse of :func:`lens_vector`."""
+    return replace(camera, focal_px=lens[:2], centre_px=lens[2:4], distortion=lens[4:])
+
+
 def pixels_from_points(camera: Camera, points_camera: npt.ArrayLike) -> Floats:
     """Pixels ``(..., 2)`` of points ``(..., 3)`` in camera coordinates [m].
 
@@ -70,7 +89,7 @@ def pixel_jacobian(camera: Camera, points_camera: npt.ArrayLike) -> tuple[Floats
 
     Returns:
         ``(..., 2)`` pixels; ``(..., 2, 3)`` derivative by the point [pixel/m]; ``(..., 2, 9)`` derivative by
-        fx, fy, cx, cy, k1, k2, p1, p2, k3.
+        the intrinsics of ``LENS_NAMES``.
 
     Raises:
         ValueError: A point is not in front of the camera.

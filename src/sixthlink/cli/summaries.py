@@ -125,8 +125,10 @@ def _verdict(scores: Sequence[SolverScore]) -> str:
         if difference.mean() > 2.0 * noise > 0.0:
             clear.append(f"{other.name} by {difference.mean() / MM:.4f} ± {noise / MM:.4f} mm")
     if not clear:
-        return f"no solver is better than {best.name} or worse by more than the noise of the held-out shots"
-    return f"{best.name} is lowest on held-out shots; beyond twice the noise it is better than " + ", ".join(clear)
+        return f"no solver is better than {best.name} or worse in held-out position by more than the noise"
+    return f"{best.name} has the lowest held-out position error; beyond twice the noise it is better than " + ", ".join(
+        clear
+    )
 
 
 _FIELDS = {

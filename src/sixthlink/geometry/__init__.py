@@ -11,7 +11,6 @@ from sixthlink.geometry.rotations import (
     exp_rotation,
     hat,
     log_rotation,
-    mean_rotation,
     nearest_rotation,
     rotation_angle,
 )
@@ -38,7 +37,6 @@ __all__ = [
     "hat",
     "inverse",
     "log_rotation",
-    "mean_rotation",
     "mean_transform",
     "motion_between",
     "nearest_rotation",

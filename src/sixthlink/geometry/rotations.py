@@ -1,4 +1,4 @@
-"""How do rotations move, compare and average?
+"""How do rotations move, compare?
 
 Every function takes leading batch axes; the last axes are the mathematics. ``(..., 3)`` rotation vectors are in
 radians.
@@ -10,7 +10,7 @@ import numpy as np
 
 from sixthlink.geometry.arrays import Floats
 
-__all__ = ["exp_rotation", "hat", "log_rotation", "mean_rotation", "nearest_rotation", "rotation_angle"]
+__all__ = ["exp_rotation", "hat", "log_rotation", "nearest_rotation", "rotation_angle"]
 
 
 def hat(vectors: Floats) -> Floats:
@@ -92,8 +92,3 @@ def nearest_rotation(matrices: Floats) -> Floats:
     handedness = np.linalg.det(U @ Vt)
     U[..., :, 2] *= handedness[..., None]
     return U @ Vt
-
-
-def mean_rotation(rotations: Floats) -> Floats:
-    """Chordal mean of ``(N, 3, 3)`` rotations: the rotation nearest to their arithmetic mean."""
-    return nearest_rotation(np.mean(rotations, axis=0))

@@ -73,7 +73,7 @@ def simulate_cell(
     cell = Cell(chain_of_arm(nominal_arm), T_flange_drawing, chain_of_arm(arm), T_flange_head, rig)
     placements = _placements(scenario, cell, target, seed, scale_placements)
     joints = np.concatenate([p.joints for p in placements.values()])
-    recording = _recording(scenario, nominal_arm, target, T_flange_drawing, tuple(placements), joints=joints)
+    recording = _recording(scenario, nominal_arm, target, T_flange_drawing, tuple(placements), seed=seed, joints=joints)
     joint_errors = stream(seed, "joints").standard_normal(joints.shape)
     length_error_m = scenario.standard_uncertainty_m * float(stream(seed, "standard").standard_normal())
     truth = GroundTruth(
@@ -114,6 +114,7 @@ def _recording(
     T_flange_drawing: Floats,
     placements: Sequence[tuple[str, str]],
     *,
+    seed: int,
     joints: Floats,
 ) -> Recording:
     """The recording of placements (kind, name) before anything was seen in it."""
@@ -125,7 +126,7 @@ def _recording(
     rows = [(kind, name, s) for (kind, name), many in zip(placements, suffixes, strict=True) for s in many]
     cameras = tuple(CameraDescription(name, scenario.width_px, scenario.height_px) for name in CAMERA_NAMES)
     return Recording(
-        name=f"simulated cell, scenario {scenario.name}",
+        name=f"simulated cell, scenario {scenario.name}, seed {seed}",
         mount=EYE_IN_HAND,
         robot=nominal_arm.name,
         arm=nominal_arm,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sixthlink.calibrate import (
     Calibration,
+    RigCalibration,
     SolveOptions,
     SolverScore,
     calibrate_head,
@@ -16,7 +17,7 @@ from sixthlink.calibrate import (
 from sixthlink.detect import detect
 from sixthlink.files import atomic_write_text, image_reader, read_recording, write_detections, write_result
 from sixthlink.progress import Progress
-from sixthlink.recording import Rejection
+from sixthlink.recording import Recording, Rejection
 from sixthlink.report import report_page
 from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
 
@@ -28,11 +29,8 @@ def compare_folder(
 ) -> tuple[SolverScore, ...]:
     """Every solver on a recording folder, judged on shots and placements that it did not see; writes nothing."""
     recording = shots_for(read_recording(folder, arm=arm), ("calibrate",))
-    detections, cameras = None, None
-    if recording.Ts_head_target is None:
-        detections, _ = detect(recording, image_reader(folder, recording), progress=progress)
-        cameras = calibrate_rig(recording, detections, progress=progress)
-    problem = problem_of_recording(recording, detections, cameras, options, progress)
+    cameras, _ = _seen_by_cameras(folder, recording, progress)
+    problem = problem_of_recording(recording, cameras, options)
     return compare_solvers(problem, seed=options.seed, progress=progress)
 
 
@@ -54,27 +52,14 @@ def calibrate_folder(
         progress: Listener.
     """
     recording = shots_for(read_recording(folder, arm=arm), ("calibrate", "scale"))
-    read_image = image_reader(folder, recording)
-    detections, cameras = None, None
-    rejections: tuple[Rejection, ...] = ()
-    if recording.Ts_head_target is None:
-        detections, rejections = detect(recording, read_image, progress=progress)
-        cameras = calibrate_rig(recording, detections, progress=progress)
-        detections = cameras.detections
-    calibration = calibrate_head(
-        recording,
-        detections,
-        cameras,
-        options,
-        progress,
-        rejections=rejections,
-        versions=versions(),
-    )
+    cameras, rejections = _seen_by_cameras(folder, recording, progress)
+    detections = cameras.detections if cameras else None
+    calibration = calibrate_head(recording, cameras, options, progress, rejections=rejections, versions=versions())
     page = report_page(
         calibration,
         recording=recording,
         detections=detections,
-        read_image=read_image,
+        read_image=image_reader(folder, recording),
         created=now(),
         progress=progress,
     )
@@ -87,3 +72,13 @@ def calibrate_folder(
     write_result(files["result"], calibration)
     atomic_write_text(files["report"], page)
     return calibration, Outcome(files)
+
+
+def _seen_by_cameras(
+    folder: Path, recording: Recording, progress: Progress
+) -> tuple[RigCalibration | None, tuple[Rejection, ...]]:
+    """The calibrated cameras with what they saw, and refused images; no cameras for a recording of target poses."""
+    if recording.Ts_head_target is not None:
+        return None, ()
+    detections, rejections = detect(recording, image_reader(folder, recording), progress=progress)
+    return calibrate_rig(recording, detections, progress=progress), rejections

@@ -68,13 +68,11 @@ def _result_path(folder: Path, result: Path | None) -> Path:
 
 def _check_independent(recording: Recording, calibration: Calibration, folder: Path) -> None:
     """Refuse verification shots that the calibration has seen, by image content or by name in the same recording."""
-    images = {name for names in recording.images.values() for name in names if name}
-    seen = {digest for name, digest in calibration.inputs.items() if not name.endswith((".yaml", ".csv"))}
+    seen = set(calibration.inputs.values())
     used = {shot.shot for shot in calibration.shots} if calibration.recording == recording.name else set()
     findings = []
     for i, shot in enumerate(recording.ids):
-        names = [per_camera[i] for per_camera in recording.images.values() if per_camera[i] in images]
-        if shot in used or any(recording.inputs.get(name) in seen for name in names):
+        if shot in used or any(recording.inputs.get(names[i]) in seen for names in recording.images.values()):
             findings.append(
                 Finding(
                     str(folder / "shots.csv"),

@@ -121,8 +121,8 @@ def compare_solvers(problem: HeadProblem, *, seed: int, progress: Progress) -> t
         progress.step("compare solvers", k, len(candidates))
         try:
             scores.append(_score(name, solve, problem, seed))
-        except (CalibrationError, np.linalg.LinAlgError) as problem_found:
-            scores.append(SolverScore(name, failure=str(problem_found)))
+        except (CalibrationError, np.linalg.LinAlgError) as refusal:
+            scores.append(SolverScore(name, failure=str(refusal)))
     progress.step("compare solvers", len(candidates), len(candidates))
     return tuple(scores)
 
