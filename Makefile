@@ -39,6 +39,7 @@ test: check  ## everything that must be green
 
 bench: .venv/.ready .venv-cv4/.ready  ## figures of the docs: the paper's cell, closed forms beside OpenCV 4.14
 	$(PYTHON) benchmarks/paper_cell.py
+	$(PYTHON) benchmarks/real_recordings.py
 	$(PYTHON) benchmarks/certified_heads.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/solver_times.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/closed_forms_against_opencv.py

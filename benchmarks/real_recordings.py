@@ -14,7 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from sixthlink.calibrate import RigCalibration, SolveOptions, calibrate_rig, locate_targets, problem_of_recording
+from sixthlink.calibrate import (
+    RigCalibration,
+    SolveOptions,
+    SolverScore,
+    calibrate_rig,
+    locate_targets,
+    problem_of_recording,
+)
 from sixthlink.calibrate.half_turns import half_turn_transform, opposite_readings
 from sixthlink.calibrate.head import HeadProblem, compare_solvers, head_problem, objective, scatter, solve_certified
 from sixthlink.detect import detect
@@ -49,6 +56,10 @@ def scatter_text(problem: HeadProblem, length_m: float) -> str:
     return f"{found.rms_translation_m * 1e3:.3f} mm / {np.rad2deg(found.rms_rotation_rad):.3f}°"
 
 
+def heldout_text(score: SolverScore) -> str:
+    return f"{score.heldout_translation_m * 1e3:.3f} mm / {np.rad2deg(score.heldout_rotation_rad):.3f}°"
+
+
 def main() -> None:
     print("| recording | shots | ℓ = 1 mm | ℓ = 0.1 m | ℓ = 1 m | held-out, ℓ = 1 m | held-out, best closed form |")
     print("|---|---|---|---|---|---|---|")
@@ -61,20 +72,16 @@ def main() -> None:
                 detections, _ = detect(recording, image_reader(path, recording))
                 cameras = calibrate_rig(recording, detections)
                 std = cameras.cameras[0].std
-                notes.append(
-                    f"{recording.name}, lens from the images alone: {scatter_text(from_images_alone(recording, cameras), 1.0)}"
-                    f" (principal point ± {std[2]:.1f}, {std[3]:.1f} px)"
-                )
+                alone = scatter_text(from_images_alone(recording, cameras), 1.0)
+                point = f"principal point ± {std[2]:.1f}, {std[3]:.1f} px"
+                notes.append(f"{recording.name}, lens from the images alone: {alone} ({point})")
             problem = problem_of_recording(recording, cameras, SolveOptions())
             scores = compare_solvers(problem, seed=0, progress=Silent())
             ours = next(s for s in scores if s.name == "certified-metres")
             closed = [s for s in scores if not s.failure and not s.name.startswith(("certified", "qpso"))]
             best = min(closed, key=lambda s: s.heldout_translation_m)
             columns = [scatter_text(problem, length_m) for length_m in LENGTHS_M]
-            columns += [
-                f"{s.heldout_translation_m * 1e3:.3f} mm / {np.rad2deg(s.heldout_rotation_rad):.3f}°"
-                for s in (ours, best)
-            ]
+            columns += [heldout_text(s) for s in (ours, best)]
             columns[-1] += f" ({best.name})"
             print(f"| {recording.name} | {len(problem.placements)} | " + " | ".join(columns) + " |")
     print("\n" + "\n".join(notes))
