@@ -25,7 +25,7 @@ demo: .venv/.ready  ## simulate the paper's cell, calibrate, verify on the ruler
 	rm -rf $(DEMO)
 	.venv/bin/sixthlink simulate $(DEMO) --scenario paper --seed 0
 	.venv/bin/sixthlink calibrate $(DEMO) --arm $(DEMO)/truth/arm.yaml
-	.venv/bin/sixthlink verify $(DEMO) --arm $(DEMO)/truth/arm.yaml
+	.venv/bin/sixthlink verify $(DEMO)
 	@echo "open $(DEMO)/result/report.html"
 
 check: .venv/.ready  ## lint, types, floors
