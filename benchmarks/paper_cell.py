@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from sixthlink.calibrate import SolveOptions
+from sixthlink.calibrate import SolveOptions, mark_points
 from sixthlink.camera import Camera, CameraRig
 from sixthlink.detect import detect
 from sixthlink.files import image_reader, read_recording
-from sixthlink.measure import base_points, lengths_of_placements, mark_points, statistics
+from sixthlink.measure import base_points, lengths_of_placements, statistics
 from sixthlink.progress import Silent
 from sixthlink.recording import flange_poses_of, selected, shots_of_kind
 from sixthlink.workflow import calibrate_folder, simulate_folder, verify_folder

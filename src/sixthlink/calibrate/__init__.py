@@ -10,6 +10,7 @@ from sixthlink.calibrate.calibration import (
 )
 from sixthlink.calibrate.cameras import RigCalibration, calibrate_rig
 from sixthlink.calibrate.head import Certificate, SearchBox, SearchReport, SolverScore, compare_solvers
+from sixthlink.calibrate.marks import MarkPoint, mark_points
 from sixthlink.calibrate.recipe import SolveOptions, calibrate_head, problem_of_recording
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
 
@@ -18,6 +19,7 @@ __all__ = [
     "CameraEvidence",
     "Certificate",
     "Gate",
+    "MarkPoint",
     "RigCalibration",
     "SearchBox",
     "SearchReport",
@@ -30,6 +32,7 @@ __all__ = [
     "compare_solvers",
     "head_link_of",
     "locate_targets",
+    "mark_points",
     "paper_numbers_of",
     "problem_of_recording",
 ]

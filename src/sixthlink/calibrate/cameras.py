@@ -27,7 +27,7 @@ from sixthlink.calibrate.rig_start import (
     views_beyond,
     without,
 )
-from sixthlink.camera import LENS_NAMES, Camera, CameraRig
+from sixthlink.camera import LENS_NAMES, Camera, CameraRig, RigUnknowns
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent
@@ -60,7 +60,7 @@ class RigCalibration:
         detections: The detections as given, without refused views, and with a symmetric target named alike by all
             cameras of a shot.
         rejections: Views and shots that were refused, and why.
-        names: Names of the G free parameters, for example ``right.fx`` and ``left.rotation_z``.
+        unknowns: The G free parameters.
         covariance: ``(G, G)`` of these [pixel, -, m, rad].
     """
 
@@ -70,8 +70,13 @@ class RigCalibration:
     noise_px: float
     detections: Detections
     rejections: tuple[Rejection, ...]
-    names: tuple[str, ...]
+    unknowns: RigUnknowns
     covariance: Floats
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the free parameters, for example ``right.fx`` and ``left.rotation_z``."""
+        return self.unknowns.names(self.rig.names)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,8 +218,7 @@ def _refined(
         points_target=recording.target.points_m[d.points[rows]],
         pixels=d.pixels[rows],
         sigmas_px=d.sigmas_px[rows],
-        free_lens=free_lens,
-        free_pose=free_pose,
+        unknowns=RigUnknowns(free_lens, free_pose),
     )
     return shots, problem, refine_rig(problem, start.rig, np.stack([start.Ts_head_target[s] for s in shots]))
 
@@ -230,7 +234,7 @@ def _with_supported_terms(problem: RigProblem, fit: RigFit) -> tuple[RigProblem,
     """The fit with only those lens terms that stand out from their own uncertainty."""
     for group in (("k3",), ("p1", "p2"), ("k2",)):
         columns = [LENS_NAMES.index(name) for name in group]
-        free, lenses = problem.free_lens.copy(), list(fit.rig.cameras)
+        free, lenses = problem.unknowns.lens.copy(), list(fit.rig.cameras)
         stds = _lens_stds(problem, fit)
         for c, camera in enumerate(lenses):
             without_k3 = group != ("k2",) or not free[c, LENS_NAMES.index("k3")]
@@ -240,8 +244,8 @@ def _with_supported_terms(problem: RigProblem, fit: RigFit) -> tuple[RigProblem,
                 distortion = camera.distortion.copy()
                 distortion[[k - 4 for k in columns]] = 0.0
                 lenses[c] = replace(camera, distortion=distortion)
-        if (free != problem.free_lens).any():
-            problem = replace(problem, free_lens=free)
+        if (free != problem.unknowns.lens).any():
+            problem = replace(problem, unknowns=RigUnknowns(free, problem.unknowns.pose))
             rig = CameraRig(fit.rig.names, tuple(lenses), fit.rig.Ts_camera_head)
             fit = refine_rig(problem, rig, fit.Ts_head_target)
     return problem, fit
@@ -249,8 +253,9 @@ def _with_supported_terms(problem: RigProblem, fit: RigFit) -> tuple[RigProblem,
 
 def _lens_stds(problem: RigProblem, fit: RigFit) -> Floats:
     """``(C, 9)`` standard deviations of the intrinsics; 0 where they are not free."""
-    stds = np.zeros(problem.free_lens.shape)
-    stds[problem.free_lens] = np.sqrt(np.diag(fit.covariance))[: np.count_nonzero(problem.free_lens)]
+    lens = problem.unknowns.lens
+    stds = np.zeros(lens.shape)
+    stds[lens] = np.sqrt(np.diag(fit.covariance))[: np.count_nonzero(lens)]
     return stds
 
 
@@ -272,9 +277,6 @@ def _result(start: _Start, problem: RigProblem, fit: RigFit, calibrated: npt.NDA
     seen = np.zeros((len(fit.Ts_head_target), len(calibrated)), dtype=bool)
     seen[problem.slots, problem.cameras] = True
     shared = (seen.sum(axis=1) > 1)[problem.slots]
-    names = [f"{fit.rig.names[c]}.{LENS_NAMES[k]}" for c, k in zip(*np.nonzero(problem.free_lens), strict=True)]
-    motion = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
-    names += [f"{fit.rig.names[c]}.{m}" for c in np.flatnonzero(problem.free_pose) for m in motion]
     return RigCalibration(
         rig=fit.rig,
         cameras=tuple(evidence),
@@ -282,6 +284,6 @@ def _result(start: _Start, problem: RigProblem, fit: RigFit, calibrated: npt.NDA
         noise_px=fit.noise_px,
         detections=start.detections,
         rejections=tuple(start.rejections),
-        names=tuple(names),
+        unknowns=problem.unknowns,
         covariance=fit.covariance,
     )

@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from sixthlink.camera import CameraRig, camera_with_lens, lens_vector, pixel_jacobian
+from sixthlink.camera import CameraRig, RigUnknowns, moved_rig, rig_pixels
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, apply_motion, hat
 
@@ -33,8 +32,7 @@ class RigProblem:
         points_target: ``(M, 3)`` points in the target frame [m].
         pixels: ``(M, 2)`` observed [pixel].
         sigmas_px: ``(M,)`` standard deviation of each coordinate [pixel]; only ratios matter to the answer.
-        free_lens: ``(C, 9)`` which intrinsics are free, in the order of ``LENS_NAMES``.
-        free_pose: ``(C,)`` which cameras' poses are free; never the reference's.
+        unknowns: What of the rig is free.
     """
 
     slots: Ints
@@ -42,8 +40,7 @@ class RigProblem:
     points_target: Floats
     pixels: Floats
     sigmas_px: Floats
-    free_lens: npt.NDArray[np.bool_]
-    free_pose: npt.NDArray[np.bool_]
+    unknowns: RigUnknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +96,7 @@ def refine_rig(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats) -> R
     damping = 1e-5
     for _ in range(ITERATIONS):
         step, steps = _step(system, damping)
-        tried_rig, tried_poses = _moved(problem, rig, step), apply_motion(Ts_head_target, steps)
+        tried_rig, tried_poses = moved_rig(rig, problem.unknowns, step), apply_motion(Ts_head_target, steps)
         tried = _system(problem, tried_rig, tried_poses) if tried_rig is not None else None
         if tried_rig is None or tried is None or not tried.cost <= system.cost:
             damping *= 10.0
@@ -116,29 +113,14 @@ def refine_rig(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats) -> R
 
 def _system(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats) -> _System | None:
     """Linearised problem, or None when a point is not in front of a camera."""
-    M, G = len(problem.slots), int(problem.free_lens.sum() + 6 * problem.free_pose.sum())
+    M, G = len(problem.slots), problem.unknowns.size
     T = Ts_head_target[problem.slots]
     lever = (T[:, :3, :3] @ problem.points_target[:, :, None])[:, :, 0]
-    points_head = lever + T[:, :3, 3]
-    residuals, J, J_own = np.empty((M, 2)), np.zeros((M, 2, G)), np.empty((M, 2, 6))
-    pose_column, lens_column = int(problem.free_lens.sum()), 0
-    for c, camera in enumerate(rig.cameras):
-        rows = np.flatnonzero(problem.cameras == c)
-        R, t = rig.Ts_camera_head[c, :3, :3], rig.Ts_camera_head[c, :3, 3]
-        turned = points_head[rows] @ R.T
-        if (turned[:, 2] + t[2] <= 0.0).any():
-            return None
-        predicted, by_point, by_lens = pixel_jacobian(camera, turned + t)
-        residuals[rows] = predicted - problem.pixels[rows]
-        by_head = by_point @ R
-        J_own[rows, :, :3], J_own[rows, :, 3:] = by_head, -by_head @ hat(lever[rows])
-        free = np.flatnonzero(problem.free_lens[c])
-        J[rows, :, lens_column : lens_column + len(free)] = by_lens[:, :, free]
-        lens_column += len(free)
-        if problem.free_pose[c]:
-            J[rows, :, pose_column : pose_column + 3] = by_point
-            J[rows, :, pose_column + 3 : pose_column + 6] = -by_point @ hat(turned)
-            pose_column += 6
+    predicted, by_head, J, visible = rig_pixels(rig, problem.cameras, lever + T[:, :3, 3], problem.unknowns)
+    if not visible.all():
+        return None
+    residuals = predicted - problem.pixels
+    J_own = np.concatenate([by_head, -by_head @ hat(lever)], axis=2)
     weight = 1.0 / problem.sigmas_px[:, None]
     r, J, J_own = residuals * weight, J * weight[:, :, None], J_own * weight[:, :, None]
     starts = np.searchsorted(problem.slots, np.arange(len(Ts_head_target)))
@@ -165,24 +147,6 @@ def _step(system: _System, damping: float) -> tuple[Floats, Floats]:
     scale = 1.0 / np.sqrt(np.diag(shared))
     step = -scale * np.linalg.lstsq(reduced * scale[:, None] * scale, gradient * scale, rcond=1e-15)[0]
     return step, -eliminated[:, :, -1] - eliminated[:, :, :-1] @ step
-
-
-def _moved(problem: RigProblem, rig: CameraRig, step: Floats) -> CameraRig | None:
-    """The rig after a step of its free parameters, or None when a focal length would not stay positive."""
-    cameras, Ts_camera_head = list(rig.cameras), rig.Ts_camera_head.copy()
-    used = 0
-    for c, camera in enumerate(rig.cameras):
-        lens = lens_vector(camera)
-        free = np.flatnonzero(problem.free_lens[c])
-        lens[free] += step[used : used + len(free)]
-        used += len(free)
-        if (lens[:2] <= 0.0).any():
-            return None
-        cameras[c] = camera_with_lens(camera, lens)
-    for c in np.flatnonzero(problem.free_pose).tolist():
-        Ts_camera_head[c] = apply_motion(Ts_camera_head[c], step[used : used + 6])
-        used += 6
-    return CameraRig(rig.names, tuple(cameras), Ts_camera_head)
 
 
 def _fit(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats, system: _System) -> RigFit:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sixthlink.camera import CameraRig, pixel_jacobian, rays_from_pixels
+from sixthlink.camera import CameraRig, RigUnknowns, rays_from_pixels, rig_pixels
 from sixthlink.geometry import (
     Floats,
     Ints,
@@ -21,6 +21,7 @@ from sixthlink.geometry import (
     nearest_rotation,
     rotation_angle,
     transform,
+    transform_points,
 )
 from sixthlink.recording import Detections, Rejection, selected
 
@@ -46,6 +47,8 @@ class TargetPoses:
         shots: ``(S,)`` index of each shot in the recording.
         Ts_head_target: ``(S, 4, 4)`` poses.
         informations: ``(S, 6, 6)`` inverse covariance of the motion (δp [m], δθ [rad]) in head axes.
+        by_rig: ``(S, 6, G)`` motion of each pose in head axes per unit of the rig's unknowns: what the same pixels
+            say when the rig is another.
         rms_px: ``(S,)`` RMS pixel residual per coordinate [pixel].
         points: ``(S,)`` number of observed points, all cameras together.
         rejections: Shots that could not be located, and why.
@@ -54,6 +57,7 @@ class TargetPoses:
     shots: Ints
     Ts_head_target: Floats
     informations: Floats
+    by_rig: Floats
     rms_px: Floats
     points: Ints
     rejections: tuple[Rejection, ...]
@@ -66,6 +70,7 @@ def locate_targets(
     shot_ids: tuple[str, ...],
     *,
     half_turn: Ints | None = None,
+    unknowns: RigUnknowns | None = None,
 ) -> TargetPoses:
     """Pose of the target in every shot.
 
@@ -76,6 +81,7 @@ def locate_targets(
         shot_ids: Names of the recording's shots, for the rejections.
         half_turn: Names that the points get when the target is turned by 180°, when an image cannot tell. The
             cameras of a shot are then made to agree with its first camera.
+        unknowns: What of the rig is uncertain; none by default.
     """
     rejections: list[Rejection] = []
     starts: list[tuple[int, Floats]] = []
@@ -88,8 +94,8 @@ def locate_targets(
         else:
             starts.append((int(shot), candidates))
     if not starts:
-        empty = np.empty(0, dtype=np.int64)
-        return TargetPoses(empty, np.empty((0, 4, 4)), np.empty((0, 6, 6)), np.empty(0), empty, tuple(rejections))
+        empty, none = np.empty(0, dtype=np.int64), np.empty((0, 6, 6))
+        return TargetPoses(empty, np.empty((0, 4, 4)), none, none, np.empty(0), empty, tuple(rejections))
     shots = np.array([s for s, _ in starts])
     table = _Table(rig, points_m, detections, shots)
     fits = [_refined(table, np.stack([c[k] for _, c in starts])) for k in (0, 1)]
@@ -105,8 +111,10 @@ def locate_targets(
             f"(RMS ratio {ratio[s]:.2f}); tilt the target more or come closer"
         )
         rejections.append(Rejection(shot_ids[shots[s]], "", reason))
-    informations, rms, counts = _evidence(table, poses)
-    return TargetPoses(shots[keep], poses[keep], informations[keep], rms[keep], counts[keep], tuple(rejections))
+    informations, by_rig, rms, counts = _evidence(table, poses, unknowns)
+    return TargetPoses(
+        shots[keep], poses[keep], informations[keep], by_rig[keep], rms[keep], counts[keep], tuple(rejections)
+    )
 
 
 class _Table:
@@ -132,17 +140,7 @@ class _Table:
         T = Ts_head_target[self.slots]
         lever = (T[:, :3, :3] @ self.points[:, :, None])[:, :, 0]
         points_head = lever + T[:, :3, 3]
-        predicted, by_point = np.empty((len(lever), 2)), np.empty((len(lever), 2, 3))
-        visible = np.ones(len(lever), dtype=bool)
-        for c, camera in enumerate(self.rig.cameras):
-            rows = np.flatnonzero(self.cameras == c)
-            R, t = self.rig.Ts_camera_head[c, :3, :3], self.rig.Ts_camera_head[c, :3, 3]
-            points_camera = points_head[rows] @ R.T + t
-            behind = points_camera[:, 2] < 1e-6
-            visible[rows[behind]] = False
-            points_camera[behind] = (0.0, 0.0, 1.0)
-            predicted[rows], gradient, _ = pixel_jacobian(camera, points_camera)
-            by_point[rows] = gradient @ R
+        predicted, by_point, _, visible = rig_pixels(self.rig, self.cameras, points_head)
         residual = (predicted - self.pixels) / self.sigmas[:, None]
         by_motion = np.concatenate([by_point, -by_point @ hat(lever)], axis=-1) / self.sigmas[:, None, None]
         return residual, by_motion, visible
@@ -182,12 +180,16 @@ def _costs(table: _Table, residual: Floats, visible: npt.NDArray[np.bool_]) -> F
     return np.where(hidden > 0, np.inf, table.per_shot(np.sum(residual**2, axis=1)))
 
 
-def _evidence(table: _Table, poses: Floats) -> tuple[Floats, Floats, Ints]:
+def _evidence(table: _Table, poses: Floats, unknowns: RigUnknowns | None) -> tuple[Floats, Floats, Floats, Ints]:
+    """Information, derivative by the rig's unknowns, RMS residual and number of points of each pose."""
     residual, J, _ = table.residuals(poses)
     informations = table.per_shot(np.einsum("mki,mkj->mij", J, J))
+    points_head = transform_points(poses[table.slots], table.points)
+    J_rig = rig_pixels(table.rig, table.cameras, points_head, unknowns)[2] / table.sigmas[:, None, None]
+    by_rig = np.asarray(-np.linalg.solve(informations, table.per_shot(np.einsum("mki,mkg->mig", J, J_rig))))
     counts = table.per_shot(np.ones(len(residual)))
     rms = np.sqrt(table.per_shot(np.sum((residual * table.sigmas[:, None]) ** 2, axis=1)) / (2.0 * counts))
-    return informations, rms, counts.astype(np.int64)
+    return informations, by_rig, rms, counts.astype(np.int64)
 
 
 def _starting_poses(rig: CameraRig, points_m: Floats, seen: Detections) -> Floats | None:

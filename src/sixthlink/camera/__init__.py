@@ -10,16 +10,21 @@ from sixthlink.camera.camera import (
     rays_from_pixels,
 )
 from sixthlink.camera.rig import CameraRig
+from sixthlink.camera.rig_jacobian import RigUnknowns, moved_rig, rig_pixels, unknowns_named
 from sixthlink.camera.triangulation import triangulate
 
 __all__ = [
     "LENS_NAMES",
     "Camera",
     "CameraRig",
+    "RigUnknowns",
     "camera_with_lens",
     "lens_vector",
+    "moved_rig",
     "pixel_jacobian",
     "pixels_from_points",
     "rays_from_pixels",
+    "rig_pixels",
     "triangulate",
+    "unknowns_named",
 ]

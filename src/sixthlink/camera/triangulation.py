@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from sixthlink.camera.camera import pixel_jacobian, rays_from_pixels
+from sixthlink.camera.camera import rays_from_pixels
 from sixthlink.camera.rig import CameraRig
-from sixthlink.geometry import Floats, transform_points
+from sixthlink.camera.rig_jacobian import rig_pixels
+from sixthlink.geometry import Floats, Ints
 
 __all__ = ["triangulate"]
 
 
-def triangulate(rig: CameraRig, cameras: Floats, pixels: Floats, noise_px: float) -> tuple[Floats, Floats, float]:
+def triangulate(rig: CameraRig, cameras: Ints, pixels: Floats, noise_px: float) -> tuple[Floats, Floats, float]:
     """One point from its pixels in two or more cameras, by least squares on the pixels.
 
     Args:
@@ -27,8 +28,8 @@ def triangulate(rig: CameraRig, cameras: Floats, pixels: Floats, noise_px: float
     Raises:
         ValueError: Fewer than two cameras saw the point, or the rays do not meet in front of them.
     """
-    seen = [int(c) for c in cameras]
-    if len(set(seen)) < 2:
+    seen = np.asarray(cameras, dtype=np.int64)
+    if len(set(seen.tolist())) < 2:
         raise ValueError("triangulation needs the point in at least two cameras")
     point = _midpoint(rig, seen, pixels)
     for _ in range(20):
@@ -42,10 +43,10 @@ def triangulate(rig: CameraRig, cameras: Floats, pixels: Floats, noise_px: float
     return point, covariance, float(np.sqrt(np.mean(residual**2)))
 
 
-def _midpoint(rig: CameraRig, seen: list[int], pixels: Floats) -> Floats:
+def _midpoint(rig: CameraRig, seen: Ints, pixels: Floats) -> Floats:
     """Point nearest to all rays: the start of the refinement."""
     A, b = np.zeros((3, 3)), np.zeros(3)
-    for c, pixel in zip(seen, pixels, strict=True):
+    for c, pixel in zip(seen.tolist(), pixels, strict=True):
         R, t = rig.Ts_camera_head[c, :3, :3], rig.Ts_camera_head[c, :3, 3]
         ray = R.T @ rays_from_pixels(rig.cameras[c], pixel)
         ray = ray / np.linalg.norm(ray)
@@ -54,10 +55,8 @@ def _midpoint(rig: CameraRig, seen: list[int], pixels: Floats) -> Floats:
     return np.asarray(np.linalg.solve(A, b), dtype=np.float64)
 
 
-def _residual(rig: CameraRig, seen: list[int], pixels: Floats, point: Floats) -> tuple[Floats, Floats]:
-    residuals, jacobians = [], []
-    for c, pixel in zip(seen, pixels, strict=True):
-        predicted, by_point, _ = pixel_jacobian(rig.cameras[c], transform_points(rig.Ts_camera_head[c], point))
-        residuals.append(predicted - pixel)
-        jacobians.append(by_point @ rig.Ts_camera_head[c, :3, :3])
-    return np.concatenate(residuals), np.concatenate(jacobians)
+def _residual(rig: CameraRig, seen: Ints, pixels: Floats, point: Floats) -> tuple[Floats, Floats]:
+    predicted, by_point, _, visible = rig_pixels(rig, seen, np.tile(point, (len(seen), 1)))
+    if not visible.all():
+        raise ValueError("the rays do not meet in front of the cameras")
+    return (predicted - pixels).ravel(), by_point.reshape(-1, 3)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sixthlink.calibrate import MarkPoint
 from sixthlink.geometry import Floats, frozen_floats
-from sixthlink.measure.points import MarkPoint
 from sixthlink.recording import Rejection
 from sixthlink.target import LengthStandard
 

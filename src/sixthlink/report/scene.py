@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from sixthlink.calibrate import Calibration, ShotEvidence
+from sixthlink.calibrate import Calibration, ShotEvidence, mark_points
 from sixthlink.geometry import Floats, transform_points
-from sixthlink.measure import base_points, mark_points
+from sixthlink.measure import base_points
 from sixthlink.recording import EYE_IN_HAND, Detections, Recording, flange_poses_of, selected
 from sixthlink.report.quantities import millimetres
 from sixthlink.report.svg import drawing, element, outline, shortened, text, tick_step

@@ -5,9 +5,11 @@ from sixthlink.robot.arm import (
     arm_with_values,
     flange_jacobian,
     flange_poses,
+    gravity_levers,
     joint_jacobian,
     last_link,
     link5_poses,
+    true_joints,
 )
 from sixthlink.robot.dialects import (
     Coupling,
@@ -26,8 +28,10 @@ from sixthlink.robot.head_link import (
     transform_from_head_link,
     transform_from_paper_numbers,
 )
+from sixthlink.robot.joint_errors import HARMONICS, harmonic_values
 
 __all__ = [
+    "HARMONICS",
     "Arm",
     "Coupling",
     "HeadLink",
@@ -40,6 +44,8 @@ __all__ = [
     "arm_with_values",
     "flange_jacobian",
     "flange_poses",
+    "gravity_levers",
+    "harmonic_values",
     "head_link_from_transform",
     "joint_jacobian",
     "last_link",
@@ -48,4 +54,5 @@ __all__ = [
     "paper_numbers_from_transform",
     "transform_from_head_link",
     "transform_from_paper_numbers",
+    "true_joints",
 ]

@@ -9,21 +9,24 @@ parameter of every dialect: a turn moves the flange by a × (p_flange - p), a sh
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats, frozen_floats, inverse
+from sixthlink.robot.joint_errors import HARMONICS, harmonic_values, lever_values
 
 __all__ = [
     "Arm",
     "arm_with_values",
     "flange_jacobian",
     "flange_poses",
+    "gravity_levers",
     "joint_jacobian",
     "last_link",
     "link5_poses",
+    "true_joints",
 ]
 
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -46,6 +49,9 @@ class Arm:
         length_tolerance_m: Standard deviation that the maker's lengths deserve [m]; 0 when not stated.
         angle_tolerance_rad: The same for the angles [rad]; 0 when not stated.
         joint_repeatability_rad: Standard deviation of a joint's return to a position [rad]; 0 when unknown.
+        harmonics: ``(J, 4)`` amplitudes of each joint's error once and twice per turn, in the order of ``HARMONICS``
+            [rad]; none by default.
+        compliance: ``(J,)`` how far each joint yields per metre of the load's lever [rad/m]; none by default.
     """
 
     name: str
@@ -60,6 +66,8 @@ class Arm:
     length_tolerance_m: float = 0.0
     angle_tolerance_rad: float = 0.0
     joint_repeatability_rad: float = 0.0
+    harmonics: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    compliance: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         K, J = len(self.kinds), len(self.joints)
@@ -71,6 +79,10 @@ class Arm:
         object.__setattr__(self, "values", frozen_floats(self.values, (K,), "values"))
         object.__setattr__(self, "joint_map", frozen_floats(self.joint_map, (K, J), "joint_map"))
         object.__setattr__(self, "limits", frozen_floats(self.limits, (J, 2), "limits"))
+        harmonics = self.harmonics if np.size(self.harmonics) else np.zeros((J, len(HARMONICS)))
+        object.__setattr__(self, "harmonics", frozen_floats(harmonics, (J, len(HARMONICS)), "harmonics"))
+        compliance = self.compliance if np.size(self.compliance) else np.zeros(J)
+        object.__setattr__(self, "compliance", frozen_floats(compliance, (J,), "compliance"))
         idle = [name for j, name in enumerate(self.joints) if not self.joint_map[:, j].any()]
         if idle:
             raise ValueError(f"arm {self.name}: joints {idle} move nothing")
@@ -103,11 +115,28 @@ def flange_poses(arm: Arm, joints: npt.ArrayLike) -> Floats:
     Returns:
         ``(N, 4, 4)`` poses ``T_base_flange``.
     """
-    q = _checked_joints(arm, joints)
+    q = true_joints(arm, joints)
     T = np.tile(np.eye(4), (len(q), 1, 1))
     for kind, value in _moves(arm, q):
         _advance(T, kind, value)
     return T
+
+
+def true_joints(arm: Arm, joints: npt.ArrayLike) -> Floats:
+    """Where the joints stand ``(N, J)`` when the controller reports ``joints`` ``(N, J)`` [rad or m]."""
+    q = _checked_joints(arm, joints)
+    if not (arm.harmonics.any() or arm.compliance.any()):
+        return q
+    yielded = gravity_levers(arm, q) * arm.compliance if arm.compliance.any() else 0.0
+    return q + np.einsum("njh,jh->nj", harmonic_values(q), arm.harmonics) + yielded
+
+
+def gravity_levers(arm: Arm, joints: npt.ArrayLike) -> Floats:
+    """Levers ``(N, J)`` of a load at the flange about every joint [m]; base z points up."""
+    q = _checked_joints(arm, joints)
+    own = [int(np.flatnonzero(arm.joint_map[:, j])[0]) for j in range(len(arm.joints))]
+    axes, origins, T = _step_axes(arm, q)
+    return lever_values(np.swapaxes(axes[own], 0, 1), np.swapaxes(origins[own], 0, 1), T[:, :3, 3])
 
 
 def link5_poses(arm: Arm, joints: npt.ArrayLike) -> Floats:
@@ -147,15 +176,9 @@ def flange_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
         ``(N, 4, 4)`` poses ``T_base_flange`` and ``(N, 6, K)`` motions (δp [m], δθ [rad]) in base axes per
         unit of each step's value.
     """
-    q = _checked_joints(arm, joints)
-    K, N = len(arm.kinds), len(q)
-    axes, origins = np.empty((K, N, 3)), np.empty((K, N, 3))
-    T = np.tile(np.eye(4), (N, 1, 1))
-    for k, (kind, value) in enumerate(_moves(arm, q)):
-        axes[k], origins[k] = T[:, :3, _AXES[kind[1]]], T[:, :3, 3]
-        _advance(T, kind, value)
+    axes, origins, T = _step_axes(arm, true_joints(arm, joints))
     turns = arm.turns
-    J = np.zeros((K, N, 6))
+    J = np.zeros((*axes.shape[:2], 6))
     J[turns, :, :3] = np.cross(axes[turns], T[None, :, :3, 3] - origins[turns])
     J[turns, :, 3:] = axes[turns]
     J[~turns, :, :3] = axes[~turns]
@@ -166,6 +189,17 @@ def joint_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Flange poses ``(N, 4, 4)`` and the motions ``(N, 6, J)`` per unit of each joint, in base axes."""
     poses, per_step = flange_jacobian(arm, joints)
     return poses, per_step @ arm.joint_map
+
+
+def _step_axes(arm: Arm, q: Floats) -> tuple[Floats, Floats, Floats]:
+    """Axis ``(K, N, 3)`` and origin ``(K, N, 3)`` of every step in the base frame, and the flange ``(N, 4, 4)``."""
+    K, N = len(arm.kinds), len(q)
+    axes, origins = np.empty((K, N, 3)), np.empty((K, N, 3))
+    T = np.tile(np.eye(4), (N, 1, 1))
+    for k, (kind, value) in enumerate(_moves(arm, q)):
+        axes[k], origins[k] = T[:, :3, _AXES[kind[1]]], T[:, :3, 3]
+        _advance(T, kind, value)
+    return axes, origins, T
 
 
 def _moves(arm: Arm, q: Floats) -> Iterator[tuple[str, Floats]]:

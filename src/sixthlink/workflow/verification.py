@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from sixthlink.calibrate import Calibration
+from sixthlink.calibrate import Calibration, MarkPoint, mark_points
 from sixthlink.detect import detect
 from sixthlink.errors import CalibrationError, Finding, IndependenceError
 from sixthlink.files import atomic_write_text, image_reader, read_detections, read_recording, read_result
 from sixthlink.geometry import Floats, inverse
-from sixthlink.measure import LengthCheck, MarkPoint, base_points, lengths_of_placements, mark_points
+from sixthlink.measure import LengthCheck, base_points, lengths_of_placements
 from sixthlink.progress import Progress
 from sixthlink.recording import EYE_IN_HAND, Detections, Recording, Rejection, flange_poses_of, joined, with_arm
 from sixthlink.report import report_page
