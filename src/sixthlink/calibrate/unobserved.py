@@ -69,7 +69,7 @@ class Unobserved:
         unseen = self.motions[~turning, :3]
         left = np.eye(3) - unseen.T @ unseen
         found: list[Floats] = []
-        for k in np.argsort(-np.diag(left), kind="stable")[: 3 - len(unseen)]:
+        for k in sorted(np.argsort(-np.diag(left), kind="stable")[: 3 - len(unseen)]):
             axis = left[k] - sum(((axis @ left[k]) * axis for axis in found), np.zeros(3))
             found.append(axis / np.linalg.norm(axis))
         return np.array(found).reshape(-1, 3)

@@ -211,5 +211,6 @@ def _unobserved_lines(calibration: Calibration) -> list[str]:
         return []
     lines = [f"NOT OBSERVED  {words}" for words in calibration.unobserved.words]
     for axis, position_m in observed_positions(calibration):
-        lines.append(f"observed      position {position_m / MM:.4f} mm along ({', '.join(f'{v:.4f}' for v in axis)})")
+        along = ", ".join(f"{v + 0.0:.4f}" for v in axis.round(4))  # no negative zero
+        lines.append(f"observed      position {position_m / MM:.4f} mm along ({along})")
     return lines

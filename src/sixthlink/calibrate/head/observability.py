@@ -10,7 +10,7 @@ Three questions, in this order, each with a length or a sine that says how much 
   About the common axis of all motions, or with a flange that does not turn, only the target's position tells: by how
   far the target moved against the head, beside its distance.
 - *More than noise?* A robot's own angular noise turns the flange as well. What robot and head disagree about bounds
-  it: an excitation counts only where this disagreement cannot have made it (F test on the residuals of eq. (10)).
+  it: an excitation counts only where it is twice what this disagreement could have made of nothing.
 
 Reasons, and how often it errs: docs/theory/degenerate_motion.md.
 """
@@ -28,7 +28,7 @@ from sixthlink.calibrate.head.loops import centred
 from sixthlink.calibrate.head.problem import MINIMUM_MOTIONS, HeadProblem
 from sixthlink.geometry import Floats, Ints, frozen_floats
 
-__all__ = ["MINIMUM_EXCITATION", "NOISE_CHANCE", "Observability", "observability"]
+__all__ = ["MINIMUM_EXCITATION", "NOISE_SAFETY", "Observability", "observability"]
 
 MINIMUM_EXCITATION = 0.035
 """Excitation below which a direction counts as unseen: turns of 2° (RMS) about the placement's mean.
@@ -38,8 +38,8 @@ The head's position is then 30 times less certain than the target's."""
 MINIMUM_PARALLAX = 0.01
 """Share of the target's distance that it must have moved against the head to show a turn that nothing else shows."""
 
-NOISE_CHANCE = 1e-4
-"""Chance that noise alone passes for a motion."""
+NOISE_SAFETY = 2.0
+"""Times the most that noise can fake by which a direction must stand out."""
 
 SAME_AXIS = 1e-3
 """Sine below which an axis of the carrier counts as across the unseen one, where its noise says no more."""
@@ -187,15 +187,13 @@ def _noise(values: Floats, problem: HeadProblem, motions: int) -> float:
 
 
 def _fake(noise: float, motions: int) -> float:
-    """Excitation that noise alone exceeds with a chance of ``NOISE_CHANCE`` where nothing is to be seen.
+    """Excitation that a direction must exceed to be more than the noise of the same shots, with its safety.
 
-    Excitation and noise are both estimates, so that the ratio of their squares follows F. Noise that all lies about
-    one of its three axes excites a direction across it three times as much as its mean square says.
+    Were all noise the robot's, what it excites would be part of what robot and head disagree about: at most √3 times
+    the disagreement per axis, reached when all of it lies across the direction. Both are chance where the head is noisy
+    too, the more so the fewer the motions.
     """
-    from scipy.special import fdtri
-
-    ratio = fdtri(2.0 * motions, 3.0 * max(motions - 1, 1), 1.0 - NOISE_CHANCE)
-    return noise * float(np.sqrt(3.0 * ratio))
+    return NOISE_SAFETY * noise * float(np.sqrt(3.0 * motions / max(motions - 1, 1)))
 
 
 def _words(positions: Floats, turns: Floats, shifts: Floats, carrier: str) -> tuple[str, ...]:
