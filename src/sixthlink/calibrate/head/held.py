@@ -7,7 +7,7 @@ polish and certificate need not know. Held values are conventions; none is ever 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class Held:
     positions: Floats
     turns: Floats
     rotation: Floats
-    offset_m: Floats = (0.0, 0.0, 0.0)  # type: ignore[assignment]
+    offset_m: Floats = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         shapes = {"positions": (None, 3), "turns": (None, 3), "rotation": (3, 3), "offset_m": (3,)}

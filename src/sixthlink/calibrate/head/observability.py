@@ -129,7 +129,8 @@ def _judged(problem: HeadProblem, carrier: str) -> Observability:
         held = Held(positions, np.zeros((0, 3)), np.eye(3))
         X = held.head(solve_certified(held_objective(eq11, held))[0])
         turns, shifts = _unseen_turns(problem, X, positions, motions)
-    words = _words(positions, turns, shifts, carrier)
+    turned = bool(excitations[-1] >= MINIMUM_EXCITATION)
+    words = _words(positions, turns, shifts, carrier, turned=turned)
     noise = axis_noise if len(positions) == 1 else SAME_AXIS
     return Observability(excitations, vectors.T, limit, noise_rad, positions, turns, shifts, noise, words)
 
@@ -196,11 +197,12 @@ def _fake(noise: float, motions: int) -> float:
     return NOISE_SAFETY * noise * float(np.sqrt(3.0 * motions / max(motions - 1, 1)))
 
 
-def _words(positions: Floats, turns: Floats, shifts: Floats, carrier: str) -> tuple[str, ...]:
+def _words(positions: Floats, turns: Floats, shifts: Floats, carrier: str, *, turned: bool) -> tuple[str, ...]:
     """What is unseen, the position first."""
     words = []
     if len(positions) == 3:
-        words.append(f"the head's position in the {carrier} frame, all three directions: the robot hardly turned")
+        why = "no turn stands out from what robot and head disagree about" if turned else "the robot hardly turned"
+        words.append(f"the head's position in the {carrier} frame, all three directions: {why}")
     elif len(positions) == 1:
         words.append(f"the head's position along the common axis {_axis(positions[0])} of the {carrier}")
     if len(turns) == 3:
