@@ -6,13 +6,17 @@ from sixthlink.calibrate.calibration import (
     Gate,
     ShotEvidence,
     head_link_of,
+    observed_positions,
     paper_numbers_of,
+    unobserved_names,
+    unobserved_of,
 )
 from sixthlink.calibrate.cameras import RigCalibration, calibrate_rig
 from sixthlink.calibrate.head import Certificate, SearchBox, SearchReport, SolverScore, compare_solvers
 from sixthlink.calibrate.marks import MarkPoint, mark_points
 from sixthlink.calibrate.recipe import SolveOptions, calibrate_head, problem_of_recording
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
+from sixthlink.calibrate.unobserved import Unobserved, changing
 
 __all__ = [
     "Calibration",
@@ -27,12 +31,17 @@ __all__ = [
     "SolveOptions",
     "SolverScore",
     "TargetPoses",
+    "Unobserved",
     "calibrate_head",
     "calibrate_rig",
+    "changing",
     "compare_solvers",
     "head_link_of",
     "locate_targets",
     "mark_points",
+    "observed_positions",
     "paper_numbers_of",
     "problem_of_recording",
+    "unobserved_names",
+    "unobserved_of",
 ]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from sixthlink.calibrate.head import Certificate, Scatter, SearchReport
+from sixthlink.calibrate.unobserved import Unobserved, changing
 from sixthlink.camera import CameraRig
 from sixthlink.geometry import Floats, frozen_floats
 from sixthlink.recording import EYE_IN_HAND, Rejection
@@ -19,7 +22,17 @@ from sixthlink.robot import (
     paper_numbers_from_transform,
 )
 
-__all__ = ["Calibration", "CameraEvidence", "Gate", "ShotEvidence", "head_link_of", "paper_numbers_of"]
+__all__ = [
+    "Calibration",
+    "CameraEvidence",
+    "Gate",
+    "ShotEvidence",
+    "head_link_of",
+    "observed_positions",
+    "paper_numbers_of",
+    "unobserved_names",
+    "unobserved_of",
+]
 
 
 @dataclass(frozen=True)
@@ -105,6 +118,8 @@ class Calibration:
         gates: Whether the calibration is accepted.
         inputs: SHA-256 of every input file by name.
         versions: Versions of sixthlink and of the libraries it ran on.
+        unobserved: What the motion does not show, held by convention in ``X`` and ``Ts_base_target`` and nowhere to be
+            printed (:func:`unobserved_of`); None where the whole head was seen.
     """
 
     recording: str
@@ -127,6 +142,7 @@ class Calibration:
     gates: tuple[Gate, ...] = ()
     inputs: dict[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
+    unobserved: Unobserved | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "X", frozen_floats(self.X, (4, 4), "X"))
@@ -164,3 +180,45 @@ def paper_numbers_of(calibration: Calibration) -> PaperNumbers | None:
     """The head as the paper's (α, β, γ, x, y, z), or None for a fixed head."""
     T = calibration.T_link5_head
     return None if T is None else paper_numbers_from_transform(T)
+
+
+def unobserved_of(calibration: Calibration, values_of: Callable[[Calibration], Floats]) -> npt.NDArray[np.bool_]:
+    """Which numbers of a calibration were not observed.
+
+    Args:
+        calibration: The calibration.
+        values_of: Numbers that follow from its head, an array of any shape.
+
+    Returns:
+        An array of that shape.
+    """
+    if calibration.unobserved is None:
+        return np.zeros(values_of(calibration).shape, dtype=bool)
+    return changing(lambda X: values_of(replace(calibration, X=X)), calibration.X, calibration.unobserved)
+
+
+def unobserved_names(
+    calibration: Calibration, numbers_of: Callable[[Calibration], HeadLink | PaperNumbers | None]
+) -> frozenset[str]:
+    """Names of the numbers of :func:`head_link_of` or :func:`paper_numbers_of` that were not observed."""
+    numbers = numbers_of(calibration)
+    if numbers is None or calibration.unobserved is None:
+        return frozenset()
+    names = [f.name for f in fields(numbers) if f.name != "remark"]
+
+    def values(of: Calibration) -> Floats:
+        found = numbers_of(of)
+        return np.array([getattr(found, name) for name in names])
+
+    hidden = unobserved_of(calibration, values)
+    return frozenset(name for name, unseen in zip(names, hidden, strict=True) if unseen)
+
+
+def observed_positions(calibration: Calibration) -> tuple[tuple[Floats, float], ...]:
+    """Axes in the frame that carries the head along which its position was observed, and the position [m].
+
+    Empty where the whole head was seen, and where nothing of the position was.
+    """
+    if calibration.unobserved is None:
+        return ()
+    return tuple((axis, float(axis @ calibration.X[:3, 3])) for axis in calibration.unobserved.axes_across)

@@ -11,18 +11,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from sixthlink.calibrate.calibration import Calibration, Gate, ShotEvidence
+from sixthlink.calibrate.calibration import Calibration, ShotEvidence
 from sixthlink.calibrate.cameras import RigCalibration
+from sixthlink.calibrate.gates import gates_of
 from sixthlink.calibrate.half_turns import half_turn_transform, opposite_readings
 from sixthlink.calibrate.head import (
-    GAP_TOLERANCE,
-    Certificate,
     HeadProblem,
+    Held,
     Objective,
     Scatter,
     SearchReport,
     certificate_of,
     head_problem,
+    held_objective,
     objective,
     observability,
     placement_poses,
@@ -33,7 +34,8 @@ from sixthlink.calibrate.head import (
 )
 from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
-from sixthlink.errors import DegenerateMotionError, TooFewShotsError
+from sixthlink.calibrate.unobserved import Unobserved, degenerate_motion, what_is_held
+from sixthlink.errors import TooFewShotsError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress
 from sixthlink.recording import (
@@ -50,9 +52,6 @@ from sixthlink.solvers import SwarmBudget
 
 __all__ = ["SolveOptions", "calibrate_head", "problem_of_recording"]
 
-MINIMUM_USED_SHARE = 0.5
-"""Share of the calibration shots that must have been usable for the result to be accepted."""
-
 
 @dataclass(frozen=True)
 class SolveOptions:
@@ -62,11 +61,13 @@ class SolveOptions:
         seed: Seed of the swarms.
         budget: Number, size and length of the swarms.
         rotation_length_m: ℓ of eq. (11) [m]: 1 counts lengths in metres, 0.001 in millimetres as the paper does.
+        observable_rest: Solve what the motion shows where it cannot show the whole head, instead of refusing.
     """
 
     seed: int = 0
     budget: SwarmBudget = field(default_factory=SwarmBudget)
     rotation_length_m: float = 1.0
+    observable_rest: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +83,8 @@ class _Usable:
         placements: Names of the placements.
         half_turned: Whether a symmetric target was read from its other end.
         rejections: Everything that was refused on the way here.
+        held: What the motion does not show and eq. (11) therefore holds.
+        unobserved: The same for the record; None where the whole head is seen.
     """
 
     cameras: RigCalibration | None
@@ -92,6 +95,8 @@ class _Usable:
     placements: tuple[str, ...]
     half_turned: npt.NDArray[np.bool_]
     rejections: tuple[Rejection, ...]
+    held: Held | None = None
+    unobserved: Unobserved | None = None
 
 
 def calibrate_head(
@@ -115,7 +120,7 @@ def calibrate_head(
 
     Raises:
         TooFewShotsError: No placement has three usable shots.
-        DegenerateMotionError: The motion leaves a direction of the head unseen.
+        DegenerateMotionError: The motion leaves a direction of the head unseen, and its rest was not asked for.
     """
     usable = _usable_with_final_lens(recording, cameras, options, rejections)
     X, search = _searched(recording, usable, options, progress)
@@ -139,7 +144,8 @@ def calibrate_head(
         certificate=certificate,
         shots=_shot_evidence(recording, usable, scatter(usable.problem, X)),
         rejections=usable.rejections,
-        gates=_gates(recording, usable, certificate),
+        gates=gates_of(len(shots_of_kind(recording, "calibrate")), len(usable.shots), certificate),
+        unobserved=usable.unobserved,
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )
@@ -162,9 +168,14 @@ def _usable_with_final_lens(
         DegenerateMotionError: The motion leaves a direction of the head unseen.
     """
     usable = _usable(recording, cameras, options, rejections)
-    X = solve_certified(usable.eq11)[0]
-    _refuse_unseen(recording, usable, X)
+    seen = observability(usable.problem, carrier="flange" if recording.mount == EYE_IN_HAND else "base")
+    if not seen.complete:
+        if not options.observable_rest:
+            raise degenerate_motion(seen)
+        held, unobserved = what_is_held(usable.problem, seen)
+        return replace(usable, eq11=held_objective(usable.eq11, held), held=held, unobserved=unobserved)
     if cameras and len(cameras.cameras) == 1 and cameras.cameras[0].calibrated:
+        X = solve_certified(usable.eq11)[0]
         usable = _usable(recording, _with_robot(recording, cameras, usable, X), options, rejections)
     return usable
 
@@ -175,26 +186,16 @@ def _searched(
     """The head by the paper's search, whose six numbers live in the frame of link 5 where there is one."""
     T_link5_outer = _T_link5_outer(recording)
     in_link5 = replace(usable.problem, Ts_outer=usable.problem.Ts_outer @ inverse(T_link5_outer))
+    eq11 = objective(in_link5, options.rotation_length_m)
     X_link5, search = search_head(
-        objective(in_link5, options.rotation_length_m),
+        eq11 if usable.held is None else held_objective(eq11, usable.held.seen_from(T_link5_outer)),
         search_box(in_link5),
         seed=options.seed,
         budget=options.budget,
         progress=progress,
     )
-    return inverse(T_link5_outer) @ X_link5, search
-
-
-def _refuse_unseen(recording: Recording, usable: _Usable, X: Floats) -> None:
-    """Refuse a motion that leaves a direction of the head unseen, and name it in the frame that carries the head."""
-    carrier = "flange" if recording.mount == EYE_IN_HAND else "base"
-    seen = observability(usable.eq11, X[:3, :3], carrier=carrier)
-    if not seen.complete:
-        raise DegenerateMotionError(
-            "the robot's motion cannot show " + "; ".join(seen.words) + "; add shots that turn the flange by 20° or "
-            "more about at least two different axes",
-            directions=seen.words,
-        )
+    X = inverse(T_link5_outer) @ X_link5
+    return X if usable.held is None else usable.held.head(X), search
 
 
 def _with_robot(recording: Recording, cameras: RigCalibration, usable: _Usable, X: Floats) -> RigCalibration:
@@ -270,27 +271,3 @@ def _shot_evidence(recording: Recording, usable: _Usable, residuals: Scatter) ->
         )
         for k, shot in enumerate(usable.shots)
     )
-
-
-def _gates(recording: Recording, usable: _Usable, certificate: Certificate) -> tuple[Gate, ...]:
-    recorded, used = len(shots_of_kind(recording, "calibrate")), len(usable.shots)
-    return (
-        _gate(
-            "enough shots used",
-            used >= MINIMUM_USED_SHARE * recorded,
-            f"{used} of {recorded} calibration shots were usable, at least {MINIMUM_USED_SHARE:.0%} are needed",
-            "the rejections say what to change",
-        ),
-        _gate(
-            "proven minimum",
-            certificate.certified,
-            f"eq. (11) is within {certificate.relative_gap:.1e} of its proven lower bound, at most "
-            f"{GAP_TOLERANCE:.0e} is accepted",
-            "more swarms or iterations help, or shots with less noise",
-        ),
-    )
-
-
-def _gate(name: str, passed: bool, figure: str, cure: str) -> Gate:
-    """A gate whose message carries the cure only where one is needed."""
-    return Gate(name, passed, figure if passed else f"{figure}; {cure}")

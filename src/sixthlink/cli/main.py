@@ -141,6 +141,11 @@ def simulate(out: Path, *, scenario: str, seed: int, no_images: bool, scale_plac
     show_default=True,
     help="Metres that one unit of a rotation entry counts in eq. (11); the paper's millimetres are 0.001.",
 )
+@click.option(
+    "--observable-rest",
+    is_flag=True,
+    help="Where the motion cannot show the whole head (4-axis arms), solve what it shows and name the rest.",
+)
 def calibrate(
     recording: Path,
     *,
@@ -152,6 +157,7 @@ def calibrate(
     particles: int,
     iterations: int,
     rotation_length_m: float,
+    observable_rest: bool,
     as_json: bool,
 ) -> int:
     """Calibrate the head of a RECORDING folder; leave result.json and report.html."""
@@ -161,7 +167,7 @@ def calibrate(
     from sixthlink.solvers import SwarmBudget
     from sixthlink.workflow import calibrate_folder
 
-    options = SolveOptions(seed, SwarmBudget(swarms, particles, iterations), rotation_length_m)
+    options = SolveOptions(seed, SwarmBudget(swarms, particles, iterations), rotation_length_m, observable_rest)
     with progress_bars(quiet=as_json) as progress:
         result, outcome = calibrate_folder(recording, out=out, arm=arm, options=options, progress=progress)
     files = {name: str(path) for name, path in outcome.files.items()}

@@ -6,12 +6,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from sixthlink.calibrate import Calibration, SolverScore, head_link_of, paper_numbers_of
+from sixthlink.calibrate import (
+    Calibration,
+    SolverScore,
+    head_link_of,
+    observed_positions,
+    paper_numbers_of,
+    unobserved_names,
+    unobserved_of,
+)
 from sixthlink.geometry import Floats
 from sixthlink.measure import LengthCheck, LengthStatistics, statistics
+from sixthlink.robot import HeadLink, PaperNumbers
 from sixthlink.units import DEG, MM
 
 __all__ = ["calibration_summary", "check_as_dict", "check_summary", "comparison_as_dict", "comparison_summary"]
+
+NOT_OBSERVED = "not observed"
+"""What is written instead of a number that the recording cannot know."""
 
 
 def calibration_summary(calibration: Calibration, files: Mapping[str, str]) -> str:
@@ -23,7 +35,8 @@ def calibration_summary(calibration: Calibration, files: Mapping[str, str]) -> s
         f"{len(calibration.placements)} placements, {len(calibration.rejections)} rejections",
         f"target scatter   {scatter.rms_translation_m / MM:.4f} mm RMS, {scatter.rms_rotation_rad / DEG:.4f}° RMS",
         f"{frame} [m]",
-        *("   " + "  ".join(f"{v: .9f}" for v in row) for row in calibration.X),
+        *_matrix_lines(calibration),
+        *_unobserved_lines(calibration),
         *_head_lines(calibration),
         *(f"rejected  {r.shot} {r.camera}: {r.reason}" for r in calibration.rejections),
         *(f"{'passed ' if g.passed else 'REFUSED'}  {g.name}: {g.message}" for g in calibration.gates),
@@ -159,12 +172,45 @@ def _head_lines(calibration: Calibration) -> list[str]:
     if numbers is None or link is None:
         return ["a fixed head is no link of the arm: it has no six numbers and no DH form"]
     behind = "link 5" if calibration.arm is not None else "the flange (the recording has no kinematics)"
+    hidden = unobserved_names(calibration, paper_numbers_of) | unobserved_names(calibration, head_link_of)
+
+    def written(name: str, value: float, unit: float, decimals: int) -> str:
+        return NOT_OBSERVED if name in hidden else f"{value / unit:.{decimals}f}"
+
+    angles = {name: written(name, value, 1.0, 6) for name, value in _ending(numbers, link, "_rad").items()}
+    lengths = {name: written(name, value, MM, 4) for name, value in _ending(numbers, link, "_m").items()}
     lines = [
         f"the paper's six numbers, against {behind}",
-        f"   α {numbers.alpha_rad:.6f}  β {numbers.beta_rad:.6f}  γ {numbers.gamma_rad:.6f} rad   "
-        f"x {numbers.x_m / MM:.4f}  y {numbers.y_m / MM:.4f}  z {numbers.z_m / MM:.4f} mm",
+        f"   α {angles['alpha_rad']}  β {angles['beta_rad']}  γ {angles['gamma_rad']} rad   "
+        f"x {lengths['x_m']}  y {lengths['y_m']}  z {lengths['z_m']} mm",
         "DH sixth link",
-        f"   θ6 {link.theta6_rad:.6f} rad  d6 {link.d6_m / MM:.4f} mm  a6 {link.a6_m / MM:.4f} mm  "
-        f"α6 {link.alpha6_rad:.6f} rad  φ+γ {link.phi_gamma_rad:.6f} rad  L {link.L_m / MM:.4f} mm",
+        f"   θ6 {angles['theta6_rad']} rad  d6 {lengths['d6_m']} mm  a6 {lengths['a6_m']} mm  "
+        f"α6 {angles['alpha6_rad']} rad  φ+γ {angles['phi_gamma_rad']} rad  L {lengths['L_m']} mm",
     ]
+    if calibration.unobserved is not None and calibration.unobserved.turns:
+        return lines
     return lines + [f"   {remark}" for remark in (numbers.remark, link.remark) if remark]
+
+
+def _ending(numbers: PaperNumbers, link: HeadLink, unit: str) -> dict[str, float]:
+    """Numbers of one unit by name."""
+    return {name: value for name, value in (vars(numbers) | vars(link)).items() if name.endswith(unit)}
+
+
+def _matrix_lines(calibration: Calibration) -> list[str]:
+    hidden = unobserved_of(calibration, lambda c: c.X)
+    return [
+        "   " + "  ".join(NOT_OBSERVED if unseen else f"{v: .9f}" for v, unseen in zip(row, row_hidden, strict=True))
+        for row, row_hidden in zip(calibration.X, hidden, strict=True)
+    ]
+
+
+def _unobserved_lines(calibration: Calibration) -> list[str]:
+    """What was not observed, in words, and along which axes the position was."""
+    if calibration.unobserved is None:
+        return []
+    lines = [f"NOT OBSERVED  {words}" for words in calibration.unobserved.words]
+    for axis, position_m in observed_positions(calibration):
+        along = ", ".join(f"{v + 0.0:.4f}" for v in axis.round(4))  # no negative zero
+        lines.append(f"observed      position {position_m / MM:.4f} mm along ({along})")
+    return lines

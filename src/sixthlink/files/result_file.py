@@ -28,6 +28,15 @@ from sixthlink.calibrate import (
 from sixthlink.camera import Camera, CameraRig
 from sixthlink.errors import Finding, InputError
 from sixthlink.files.atomic import atomic_write_text
+from sixthlink.files.unobserved import (
+    filled,
+    head_matrix,
+    head_numbers,
+    held_head,
+    motions_as_dict,
+    target_matrices,
+    unobserved_from_dict,
+)
 from sixthlink.recording import EYE_IN_HAND, Rejection
 from sixthlink.robot import Arm
 from sixthlink.solvers import SwarmBudget
@@ -63,6 +72,10 @@ def read_result(path: Path) -> Calibration:
     if not isinstance(data, dict) or data.get("schema") != RESULT_SCHEMA:
         found = data.get("schema") if isinstance(data, dict) else type(data).__name__
         raise _fault(path, "schema", f"is {found!r}", repr(RESULT_SCHEMA), "read it with the release that wrote it")
+    if data.get("unobserved_motions") and np.array(data["unobserved_motions"]["motions"])[:, 3:].any():
+        what = "the calibration has not observed " + "; ".join(data["unobserved"])
+        cure = "record shots that turn the flange about two axes, and calibrate again"
+        raise _fault(path, "unobserved", what, "an orientation of the head, without which nothing is measured", cure)
     try:
         return result_from_dict(data)
     except (KeyError, TypeError, ValueError) as problem:
@@ -83,12 +96,14 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
         "accepted": c.accepted,
         "head": {
             "camera": c.rig.reference if c.rig else None,
-            "T_flange_camera": c.X.tolist() if in_hand else None,
-            "T_base_camera": None if in_hand else c.X.tolist(),
-            "T_link5_camera": _or_none(c.T_link5_head, lambda T: T.tolist()),
-            "paper": _or_none(paper_numbers_of(c), asdict),
-            "dh": _or_none(head_link_of(c), asdict),
+            "T_flange_camera": head_matrix(c, lambda of: of.X) if in_hand else None,
+            "T_base_camera": None if in_hand else head_matrix(c, lambda of: of.X),
+            "T_link5_camera": head_matrix(c, lambda of: of.T_link5_head),
+            "paper": head_numbers(c, paper_numbers_of),
+            "dh": head_numbers(c, head_link_of),
         },
+        "unobserved": list(c.unobserved.words) if c.unobserved else [],
+        "unobserved_motions": _or_none(c.unobserved, lambda found: motions_as_dict(c, found)),
         "objective": {
             "value": c.value_m2,
             "unit": "m²",
@@ -104,8 +119,8 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
             "max_rotation_rad": float(scatter.rotations_rad.max()),
         },
         "placements": [
-            {"name": name, "T_base_target" if in_hand else "T_flange_target": T.tolist()}
-            for name, T in zip(c.placements, c.Ts_base_target, strict=True)
+            {"name": name, "T_base_target" if in_hand else "T_flange_target": T}
+            for name, T in zip(c.placements, target_matrices(c), strict=True)
         ],
         "shots": [asdict(s) for s in c.shots],
         "rejected": [asdict(r) for r in c.rejections],
@@ -125,17 +140,18 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         KeyError, TypeError, ValueError: Something is missing or of the wrong shape.
     """
     in_hand = data["mount"] == EYE_IN_HAND
+    targets = [p["T_base_target" if in_hand else "T_flange_target"] for p in data["placements"]]
     return Calibration(
         recording=data["recording"],
         mount=data["mount"],
         solver=data["solver"],
-        X=data["head"]["T_flange_camera" if in_hand else "T_base_camera"],
+        X=held_head(data, "T_flange_camera" if in_hand else "T_base_camera"),
         arm=_or_none(data["arm"], _arm_from_dict),
         rig=_rig_from_list(data["cameras"]),
         cameras=tuple(CameraEvidence(**entry["evidence"]) for entry in data["cameras"]),
         stereo_rms_px=data["stereo_rms_px"],
         placements=tuple(p["name"] for p in data["placements"]),
-        Ts_base_target=np.array([p["T_base_target" if in_hand else "T_flange_target"] for p in data["placements"]]),
+        Ts_base_target=filled(targets),
         value_m2=data["objective"]["value"],
         rotation_length_m=data["objective"]["rotation_length_m"],
         pairs=data["objective"]["pairs"],
@@ -146,6 +162,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         gates=tuple(Gate(**g) for g in data["gates"]),
         inputs=dict(data["inputs"]),
         versions=dict(data["versions"]),
+        unobserved=unobserved_from_dict(data, targets),
     )
 
 

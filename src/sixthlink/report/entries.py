@@ -10,10 +10,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from sixthlink.calibrate import Calibration, head_link_of, paper_numbers_of
+from sixthlink.calibrate import (
+    Calibration,
+    head_link_of,
+    observed_positions,
+    paper_numbers_of,
+    unobserved_names,
+    unobserved_of,
+)
 from sixthlink.geometry import Floats, motion_between
-from sixthlink.report.quantities import degrees, fixed, millimetres, pixels, significant
+from sixthlink.recording import EYE_IN_HAND
+from sixthlink.report.quantities import NOT_OBSERVED, degrees, fixed, millimetres, pixels, significant
 from sixthlink.units import MM
 
 __all__ = [
@@ -25,6 +34,7 @@ __all__ = [
     "matrix_text",
     "paper_entries",
     "search_entries",
+    "unobserved_entries",
 ]
 
 
@@ -43,14 +53,15 @@ def paper_entries(calibration: Calibration) -> tuple[tuple[Entry, ...], str]:
     numbers = paper_numbers_of(calibration)
     if numbers is None:
         return (), ""
-    return (
-        _angle("α", numbers.alpha_rad, "−α about X"),
-        _angle("β", numbers.beta_rad, "β about the new Y"),
-        _angle("γ", numbers.gamma_rad, "γ about the new Z"),
-        Entry("x", millimetres(numbers.x_m), "camera origin at −x"),
-        Entry("y", millimetres(numbers.y_m), "camera origin at −y"),
-        Entry("z", millimetres(numbers.z_m), "camera origin at +z"),
-    ), numbers.remark
+    entries = {
+        "alpha_rad": _angle("α", numbers.alpha_rad, "−α about X"),
+        "beta_rad": _angle("β", numbers.beta_rad, "β about the new Y"),
+        "gamma_rad": _angle("γ", numbers.gamma_rad, "γ about the new Z"),
+        "x_m": Entry("x", millimetres(numbers.x_m), "camera origin at −x"),
+        "y_m": Entry("y", millimetres(numbers.y_m), "camera origin at −y"),
+        "z_m": Entry("z", millimetres(numbers.z_m), "camera origin at +z"),
+    }
+    return _observed(entries, unobserved_names(calibration, paper_numbers_of)), _remark(calibration, numbers.remark)
 
 
 def head_link_entries(calibration: Calibration) -> tuple[tuple[Entry, ...], str]:
@@ -58,14 +69,15 @@ def head_link_entries(calibration: Calibration) -> tuple[tuple[Entry, ...], str]
     link = head_link_of(calibration)
     if link is None:
         return (), ""
-    return (
-        _angle("θ6", link.theta6_rad, "about Z5"),
-        Entry("d6", millimetres(link.d6_m), "along Z5"),
-        Entry("a6", millimetres(link.a6_m), "along X6, signed"),
-        _angle("α6", link.alpha6_rad, "about X6"),
-        _angle("φ+γ", link.phi_gamma_rad, "about Z6"),
-        Entry("L", millimetres(link.L_m), "camera origin at −L along Z6"),
-    ), link.remark
+    entries = {
+        "theta6_rad": _angle("θ6", link.theta6_rad, "about Z5"),
+        "d6_m": Entry("d6", millimetres(link.d6_m), "along Z5"),
+        "a6_m": Entry("a6", millimetres(link.a6_m), "along X6, signed"),
+        "alpha6_rad": _angle("α6", link.alpha6_rad, "about X6"),
+        "phi_gamma_rad": _angle("φ+γ", link.phi_gamma_rad, "about Z6"),
+        "L_m": Entry("L", millimetres(link.L_m), "camera origin at −L along Z6"),
+    }
+    return _observed(entries, unobserved_names(calibration, head_link_of)), _remark(calibration, link.remark)
 
 
 def fixed_head_entries(calibration: Calibration) -> tuple[Entry, ...]:
@@ -73,26 +85,46 @@ def fixed_head_entries(calibration: Calibration) -> tuple[Entry, ...]:
     x, y, z = calibration.X[:3, 3]
     look = ", ".join(fixed(float(v), 6) for v in calibration.X[:3, 2])
     tilt = math.acos(float(np.clip(-calibration.X[2, 2], -1.0, 1.0)))
-    return (
-        Entry("x", millimetres(float(x)), "camera origin along base X"),
-        Entry("y", millimetres(float(y)), "camera origin along base Y"),
-        Entry("z", millimetres(float(z)), "camera origin along base Z"),
-        Entry("view", f"({look})", "unit vector of the camera's z axis in the base frame"),
-        _angle("tilt", tilt, "between the view and straight down, base −Z"),
+    hidden = unobserved_of(calibration, lambda c: np.append(c.X[:3, 3], c.X[2, 2]))
+    view_hidden = unobserved_of(calibration, lambda c: c.X[:3, 2]).any()
+    entries = {
+        "x": Entry("x", millimetres(float(x)), "camera origin along base X"),
+        "y": Entry("y", millimetres(float(y)), "camera origin along base Y"),
+        "z": Entry("z", millimetres(float(z)), "camera origin along base Z"),
+        "view": Entry("view", f"({look})", "unit vector of the camera's z axis in the base frame"),
+        "tilt": _angle("tilt", tilt, "between the view and straight down, base −Z"),
+    }
+    unseen = dict(zip(("x", "y", "z", "tilt"), hidden, strict=True)) | {"view": view_hidden}
+    return _observed(entries, frozenset(name for name in unseen if unseen[name]))
+
+
+def unobserved_entries(calibration: Calibration) -> tuple[Entry, ...]:
+    """Along which axes the position was observed, where the whole head was not."""
+    frame = "flange" if calibration.mount == EYE_IN_HAND else "base"
+    return tuple(
+        Entry("position", millimetres(position_m), f"along ({', '.join(fixed(v, 4) for v in axis)}) of the {frame}")
+        for axis, position_m in observed_positions(calibration)
     )
 
 
-def matrix_text(T: Floats) -> str:
-    """A transform as four lines that a program can read: rotation [-], translation in millimetres."""
+def matrix_text(T: Floats, hidden: npt.NDArray[np.bool_]) -> str:
+    """A transform as four lines that a program can read: rotation [-], translation in millimetres.
+
+    Where ``hidden`` ``(4, 4)`` says so it says that the entry was not observed.
+    """
     rows = T.copy()
     rows[:3, 3] /= MM
     rows = np.round(rows, 10) + 0.0  # no negative zero
-    return "\n".join("  ".join([*(f"{v:13.10f}" for v in row[:3]), f"{row[3]:14.6f}"]) for row in rows)
+    cells = [
+        [NOT_OBSERVED if unseen else f"{v:{'14.6f' if k == 3 else '13.10f'}}" for k, (v, unseen) in enumerate(row)]
+        for row in (zip(values, unseen, strict=True) for values, unseen in zip(rows, hidden, strict=True))
+    ]
+    return "\n".join("  ".join([*(f"{c:>13}" for c in row[:3]), f"{row[3]:>14}"]) for row in cells)
 
 
 def head_shift(calibration: Calibration, nominal: Floats | None) -> str:
-    """How far the calibrated head is from the drawing's, in words; empty when no drawing is known."""
-    if nominal is None:
+    """How far the calibrated head is from the drawing's, in words; empty without a drawing or the whole head."""
+    if nominal is None or calibration.unobserved is not None:
         return ""
     motion = motion_between(nominal, calibration.X)
     shift, turn = float(np.linalg.norm(motion[:3])), float(np.linalg.norm(motion[3:]))
@@ -119,6 +151,8 @@ def _proof(calibration: Calibration) -> tuple[str, str]:
     """Whether the answer is the proven minimum, and how close the bound is."""
     certificate = calibration.certificate
     verdict = "global minimum proven" if certificate.certified else "not proven"
+    if calibration.unobserved is not None and certificate.certified:
+        verdict = "global minimum proven, with what was not observed held"
     return verdict, f"relative gap to the lower bound {certificate.relative_gap:.1e}"
 
 
@@ -147,3 +181,13 @@ def search_entries(calibration: Calibration) -> tuple[Entry, ...]:
 
 def _angle(symbol: str, angle_rad: float, meaning: str) -> Entry:
     return Entry(symbol, degrees(angle_rad), meaning, f"{fixed(angle_rad, 6)} rad")
+
+
+def _observed(entries: dict[str, Entry], hidden: frozenset[str]) -> tuple[Entry, ...]:
+    """Entries by name, without a number where it was not observed."""
+    return tuple(Entry(e.symbol, NOT_OBSERVED, e.meaning) if name in hidden else e for name, e in entries.items())
+
+
+def _remark(calibration: Calibration, remark: str) -> str:
+    """A remark on angles, where the orientation was observed."""
+    return "" if calibration.unobserved is not None and calibration.unobserved.turns else remark

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from sixthlink.calibrate import Calibration, ShotEvidence
+from sixthlink.calibrate import Calibration, ShotEvidence, unobserved_of
+from sixthlink.geometry import Floats
 from sixthlink.measure import LengthCheck, LengthStatistics, statistics
 from sixthlink.progress import Progress, Silent
 from sixthlink.recording import EYE_IN_HAND, Detections, Recording
@@ -24,6 +25,7 @@ from sixthlink.report.entries import (
     matrix_text,
     paper_entries,
     search_entries,
+    unobserved_entries,
 )
 from sixthlink.report.figures import ErrorSeries, error_plot, residual_plot
 from sixthlink.report.overlays import ImageReader, ShotPictures, shot_pictures
@@ -111,7 +113,7 @@ def report_page(
         pictures=pictures,
         cameras=camera_table(calibration),
         camera_pairs=camera_pair_entries(calibration),
-        cell=cell_plot(cell_of(calibration, recording, shots, detections)) if shots else None,
+        cell=_cell(calibration, recording, shots, detections),
         rejections=(*calibration.rejections, *(check.rejections if check else ())),
         search=search_entries(calibration),
     )
@@ -209,10 +211,27 @@ def _head(calibration: Calibration, recording: Recording) -> dict[str, Any]:
         "remarks": [r for r in (paper_remark, link_remark) if r],
         "fixed": () if moving else fixed_head_entries(calibration),
         "frame": "T_flange_head" if moving else "T_base_head",
-        "matrix": matrix_text(calibration.X),
-        "link5": "" if T_link5_head is None else matrix_text(T_link5_head),
+        "matrix": matrix_text(calibration.X, unobserved_of(calibration, lambda c: c.X)),
+        "link5": "" if T_link5_head is None else _link5_text(calibration, T_link5_head),
+        "across": unobserved_entries(calibration),
         "shift": head_shift(calibration, recording.head.nominal),
     }
+
+
+def _link5_text(calibration: Calibration, T_link5_head: Floats) -> str:
+    return matrix_text(T_link5_head, unobserved_of(calibration, lambda c: np.asarray(c.T_link5_head)))
+
+
+def _cell(
+    calibration: Calibration,
+    recording: Recording,
+    shots: list[tuple[int, ShotEvidence]],
+    detections: Detections | None,
+) -> Markup | None:
+    """The cell, where every place in it was observed."""
+    if not shots or calibration.unobserved is not None:
+        return None
+    return cell_plot(cell_of(calibration, recording, shots, detections))
 
 
 def _ruler(check: LengthCheck) -> dict[str, Any]:

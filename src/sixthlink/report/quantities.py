@@ -10,9 +10,12 @@ import math
 
 from sixthlink.units import DEG, MM
 
-__all__ = ["DASH", "SPACE", "degrees", "fixed", "millimetres", "pixels", "significant", "with_std"]
+__all__ = ["DASH", "NOT_OBSERVED", "SPACE", "degrees", "fixed", "millimetres", "pixels", "significant", "with_std"]
 
 DASH = "–"
+NOT_OBSERVED = "not observed"
+"""What is written instead of a number that the recording cannot know."""
+
 SPACE = "\N{NO-BREAK SPACE}"
 
 

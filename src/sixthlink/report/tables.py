@@ -14,7 +14,7 @@ import numpy as np
 from sixthlink.calibrate import Calibration, CameraEvidence, ShotEvidence
 from sixthlink.camera import Camera
 from sixthlink.measure import LengthCheck, statistics
-from sixthlink.report.quantities import DASH, fixed, millimetres, pixels, with_std
+from sixthlink.report.quantities import DASH, NOT_OBSERVED, fixed, millimetres, pixels, with_std
 from sixthlink.units import DEG, MM
 
 __all__ = [
@@ -98,9 +98,11 @@ def shot_table(shots: Sequence[ShotEvidence], *, with_pixels: bool) -> Table:
 def placement_table(calibration: Calibration) -> Table:
     """Where the target stood, and how well its shots agree about it."""
     rows = []
-    for name, T in zip(calibration.placements, calibration.Ts_base_target, strict=True):
+    Ts = calibration.Ts_base_target
+    hidden = np.zeros(Ts.shape, dtype=bool) if calibration.unobserved is None else calibration.unobserved.targets
+    for name, T, unseen in zip(calibration.placements, Ts, hidden, strict=True):
         own = [s for s in calibration.shots if s.placement == name]
-        place = (fixed(float(v) / MM, 3) for v in T[:3, 3])
+        place = (NOT_OBSERVED if u else fixed(float(v) / MM, 3) for v, u in zip(T[:3, 3], unseen[:3, 3], strict=True))
         shifts, turns = _rms([s.translation_m for s in own]) / MM, _rms([s.rotation_rad for s in own]) / DEG
         rows.append((name, str(len(own)), *place, fixed(shifts, 4), fixed(turns, 4)))
     heads = ("placement", "shots", "x [mm]", "y [mm]", "z [mm]", "RMS [mm]", "RMS [°]")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sixthlink.calibrate import Calibration, MarkPoint, mark_points
+from sixthlink.calibrate import Calibration, MarkPoint, changing, mark_points
 from sixthlink.detect import detect
 from sixthlink.errors import CalibrationError, Finding, IndependenceError
 from sixthlink.files import atomic_write_text, image_reader, read_detections, read_recording, read_result
@@ -101,8 +101,25 @@ def _length_check(
     if not placements:
         reasons = "".join(f"\n  {r.shot} {r.camera}: {r.reason}" for r in rejections)
         raise CalibrationError(f"no placement shows both marks of the length standard{reasons}")
+    _refuse_what_was_not_observed(chosen, calibration, points)
     before = None if recording.head.nominal is None else _lengths(recording, points, recording.head.nominal)[1]
     return LengthCheck(recording.standard, placements, before, after, rejections)
+
+
+def _refuse_what_was_not_observed(
+    recording: Recording, calibration: Calibration, points: tuple[MarkPoint, ...]
+) -> None:
+    """Refuse lengths that change where the head moves along what its calibration has not observed."""
+    unobserved = calibration.unobserved
+    if unobserved is None:
+        return
+    hidden = changing(lambda X: _lengths(recording, points, X)[1], calibration.X, unobserved)
+    if hidden.any():
+        raise CalibrationError(
+            f"{hidden.sum()} of {len(hidden)} lengths depend on what the calibration has not observed: "
+            f"{'; '.join(unobserved.words)}. Measure with the flange's axis as it stood while calibrating, or "
+            "calibrate with shots that turn the flange about two axes"
+        )
 
 
 def _lengths(recording: Recording, points: tuple[MarkPoint, ...], X: Floats) -> tuple[tuple[str, ...], Floats]:

@@ -11,6 +11,7 @@ from sixthlink.calibrate.head.factor import (
     objective_values,
     rotation_values,
 )
+from sixthlink.calibrate.head.held import Held, held_objective, held_turns
 from sixthlink.calibrate.head.observability import Observability, observability
 from sixthlink.calibrate.head.problem import (
     HeadProblem,
@@ -28,6 +29,7 @@ __all__ = [
     "Certificate",
     "FactorStream",
     "HeadProblem",
+    "Held",
     "Objective",
     "Observability",
     "Scatter",
@@ -38,6 +40,8 @@ __all__ = [
     "certificate_of",
     "compare_solvers",
     "head_problem",
+    "held_objective",
+    "held_turns",
     "objective",
     "objective_values",
     "observability",

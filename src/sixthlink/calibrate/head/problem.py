@@ -19,15 +19,19 @@ from sixthlink.geometry import (
     frozen_floats,
     frozen_ints,
     inverse,
+    log_rotation,
     mean_transform,
     rotation_angle,
 )
 from sixthlink.recording import EYE_IN_HAND
 
-__all__ = ["MINIMUM_SHOTS", "HeadProblem", "Scatter", "head_problem", "placement_poses", "scatter"]
+__all__ = ["MINIMUM_MOTIONS", "HeadProblem", "Scatter", "head_problem", "placement_poses", "scatter"]
 
-MINIMUM_SHOTS = 3
-"""Shots that one placement needs for a head: two motions about different axes."""
+MINIMUM_MOTIONS = 2
+"""Motions within placements that a head needs, about different axes: three shots of one, or two of two placements."""
+
+ONE_MOTION_RAD = 0.035
+"""Turn below which a single motion has no axis worth naming: 2°."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +53,14 @@ class HeadProblem:
         object.__setattr__(self, "Ts_outer", frozen_floats(self.Ts_outer, (N, 4, 4), "Ts_outer"))
         object.__setattr__(self, "Ts_inner", frozen_floats(self.Ts_inner, (N, 4, 4), "Ts_inner"))
         object.__setattr__(self, "placements", frozen_ints(self.placements, (N,), "placements"))
-        counts = np.bincount(self.placements) if N else np.zeros(1, dtype=np.int64)
-        usable = int(counts.max())
-        if usable < MINIMUM_SHOTS:
+        motions = N - len(np.unique(self.placements))
+        if motions < MINIMUM_MOTIONS:
             raise TooFewShotsError(
-                f"the head needs at least {MINIMUM_SHOTS} usable shots of one target placement, the best placement "
-                f"has {usable}; record more shots (15 or more are recommended) or see why shots were rejected",
-                needed=MINIMUM_SHOTS,
-                usable=usable,
+                f"the head needs at least 3 usable shots of one target placement, or 2 of two placements each; there "
+                f"are {N} shots of {N - motions} placements{_hidden_by_one_motion(self)}; record more shots (15 or "
+                "more are recommended) or see why shots were rejected",
+                needed=N - motions + MINIMUM_MOTIONS,
+                usable=N,
             )
 
 
@@ -102,3 +106,21 @@ def scatter(problem: HeadProblem, X: Floats) -> Scatter:
     means = placement_poses(problem, X)[problem.placements]
     deviations = inverse(means) @ problem.Ts_outer @ X @ problem.Ts_inner
     return Scatter(np.linalg.norm(deviations[:, :3, 3], axis=1), rotation_angle(deviations[:, :3, :3]))
+
+
+def _hidden_by_one_motion(problem: HeadProblem) -> str:
+    """What a single motion cannot show, in words; empty where there is none."""
+    names, counts = np.unique(problem.placements, return_counts=True)
+    if len(names) == 0 or counts.max() < 2:
+        return ""
+    first, second = problem.Ts_outer[problem.placements == names[counts.argmax()], :3, :3]
+    turn = log_rotation(first.T @ second)
+    angle = float(np.linalg.norm(turn))
+    if angle < ONE_MOTION_RAD:
+        return ", and one motion without a turn cannot show the head's position"
+    axis = turn / angle * (np.sign(turn[np.argmax(np.abs(turn))]) or 1.0)
+    words = ", ".join(f"{v + 0.0:.2f}" for v in np.round(axis, 2))
+    return (
+        f", and one motion cannot show the head's position along its axis ({words}), nor tell its orientation "
+        "about that axis from its position across it"
+    )
