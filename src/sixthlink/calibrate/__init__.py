@@ -13,17 +13,28 @@ from sixthlink.calibrate.calibration import (
 )
 from sixthlink.calibrate.cameras import RigCalibration, calibrate_rig
 from sixthlink.calibrate.head import Certificate, SearchBox, SearchReport, SolverScore, compare_solvers
+from sixthlink.calibrate.heldout_error import HeldOut
+from sixthlink.calibrate.joint import ArmEvidence, BlockVerdict, Budget, Correlation, JointEvidence, NoiseEvidence
+from sixthlink.calibrate.joint_recipe import calibrate_jointly
 from sixthlink.calibrate.marks import MarkPoint, mark_points
-from sixthlink.calibrate.recipe import SolveOptions, calibrate_head, problem_of_recording
+from sixthlink.calibrate.recipe import calibrate_head, problem_of_recording
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
 from sixthlink.calibrate.unobserved import Unobserved, changing
+from sixthlink.calibrate.usable import SolveOptions
 
 __all__ = [
+    "ArmEvidence",
+    "BlockVerdict",
+    "Budget",
     "Calibration",
     "CameraEvidence",
     "Certificate",
+    "Correlation",
     "Gate",
+    "HeldOut",
+    "JointEvidence",
     "MarkPoint",
+    "NoiseEvidence",
     "RigCalibration",
     "SearchBox",
     "SearchReport",
@@ -33,6 +44,7 @@ __all__ = [
     "TargetPoses",
     "Unobserved",
     "calibrate_head",
+    "calibrate_jointly",
     "calibrate_rig",
     "changing",
     "compare_solvers",

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.calibrate.head import Certificate, Scatter, SearchReport
+from sixthlink.calibrate.heldout_error import HeldOut
+from sixthlink.calibrate.joint import JointEvidence
 from sixthlink.calibrate.unobserved import Unobserved, changing
 from sixthlink.camera import CameraRig
 from sixthlink.geometry import Floats, frozen_floats
@@ -111,7 +113,7 @@ class Calibration:
         value_m2: Eq. (11) at the answer [m²].
         rotation_length_m: ℓ of eq. (11) [m].
         pairs: Pairs of shots that eq. (11) sums over.
-        search: What the search did.
+        search: What the swarms did, or None where none searched.
         certificate: Whether the answer is proven to be the global minimum of eq. (11).
         shots: Evidence per used shot.
         rejections: Images and shots that were not used, and why.
@@ -120,6 +122,8 @@ class Calibration:
         versions: Versions of sixthlink and of the libraries it ran on.
         unobserved: What the motion does not show, held by convention in ``X`` and ``Ts_base_target`` and nowhere to be
             printed (:func:`unobserved_of`); None where the whole head was seen.
+        joint: Proof of a joint estimate of arm, head and placements; None for the head alone.
+        heldout: Error on shots that were kept out of the fit, or None.
     """
 
     recording: str
@@ -135,7 +139,7 @@ class Calibration:
     value_m2: float
     rotation_length_m: float
     pairs: int
-    search: SearchReport
+    search: SearchReport | None
     certificate: Certificate
     shots: tuple[ShotEvidence, ...]
     rejections: tuple[Rejection, ...]
@@ -143,6 +147,8 @@ class Calibration:
     inputs: dict[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     unobserved: Unobserved | None = None
+    joint: JointEvidence | None = None
+    heldout: HeldOut | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "X", frozen_floats(self.X, (4, 4), "X"))

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from sixthlink.calibrate.calibration import Gate
 from sixthlink.calibrate.head import GAP_TOLERANCE, Certificate
+from sixthlink.calibrate.joint import JointEvidence
 
-__all__ = ["gates_of"]
+__all__ = ["gates_of", "noise_gate"]
 
 MINIMUM_USED_SHARE = 0.5
 """Share of the calibration shots that must have been usable for the result to be accepted."""
+
+
+LARGEST_NOISE_RATIO = 20.0
+"""Beyond this multiple of the stated repeatability it is not noise that the model leaves, but a wrong model."""
 
 
 def gates_of(recorded: int, used: int, certificate: Certificate) -> tuple[Gate, ...]:
@@ -27,6 +32,20 @@ def gates_of(recorded: int, used: int, certificate: Certificate) -> tuple[Gate, 
             f"{GAP_TOLERANCE:.0e} is accepted",
             "more swarms or iterations help, or shots with less noise",
         ),
+    )
+
+
+def noise_gate(evidence: JointEvidence) -> Gate:
+    """Whether the model explains the data: the joints may scatter more than stated, but not beyond reason."""
+    joints = next((n for n in evidence.noise if n.origin == "joints"), None)
+    ratio = joints.size / joints.stated if joints and joints.stated else 1.0
+    return _gate(
+        "model explains the data",
+        ratio <= LARGEST_NOISE_RATIO,
+        f"χ² per degree of freedom {evidence.chi2_per_dof:.2f} under the stated noise; the joints scatter {ratio:.2f} "
+        f"times what the robot's file states, at most {LARGEST_NOISE_RATIO:.0f} times is accepted (the intervals are "
+        "widened accordingly)",
+        "check the robot's kinematics, the joint order and units, the target's size, and that the robot stood still",
     )
 
 

@@ -124,10 +124,21 @@ def simulate(out: Path, *, scenario: str, seed: int, no_images: bool, scale_plac
 @click.argument("recording", type=_FOLDER)
 @click.option(
     "--solve",
-    type=click.Choice(["paper"]),
-    default="paper",
+    type=click.Choice(["auto", "joint", "paper"]),
+    default="auto",
     show_default=True,
-    help="Estimator: paper is eq. (11) with QPSO and polish.",
+    help="joint: arm, head and placements together, weighted by what makes the noise; paper: the head alone by "
+    "eq. (11) with QPSO and polish; auto: joint where there are joint values and kinematics.",
+)
+@click.option(
+    "--holdout", default=0, show_default=True, help="Calibration shots to keep out of the fit, to judge it by."
+)
+@click.option(
+    "--noise",
+    type=click.Choice(["estimated", "stated"]),
+    default="estimated",
+    show_default=True,
+    help="Joint repeatability: estimated from the residuals, or as the robot's file states it.",
 )
 @click.option("--arm", type=_FILE, help="Arm file that replaces the recording's own kinematics.")
 @click.option("--out", type=_FOLDER, help="Folder for the result.  [default: RECORDING/result]")
@@ -150,6 +161,8 @@ def calibrate(
     recording: Path,
     *,
     solve: str,
+    holdout: int,
+    noise: str,
     arm: Path | None,
     out: Path | None,
     seed: int,
@@ -167,9 +180,12 @@ def calibrate(
     from sixthlink.solvers import SwarmBudget
     from sixthlink.workflow import calibrate_folder
 
-    options = SolveOptions(seed, SwarmBudget(swarms, particles, iterations), rotation_length_m, observable_rest)
+    budget = SwarmBudget(swarms, particles, iterations)
+    options = SolveOptions(seed, budget, rotation_length_m, observable_rest, noise)
     with progress_bars(quiet=as_json) as progress:
-        result, outcome = calibrate_folder(recording, out=out, arm=arm, options=options, progress=progress)
+        result, outcome = calibrate_folder(
+            recording, out=out, arm=arm, options=options, progress=progress, solve=solve, holdout=holdout
+        )
     files = {name: str(path) for name, path in outcome.files.items()}
     if as_json:
         print_json(result_as_dict(result) | {"files": files})

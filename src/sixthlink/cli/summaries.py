@@ -15,6 +15,7 @@ from sixthlink.calibrate import (
     unobserved_names,
     unobserved_of,
 )
+from sixthlink.cli.joint_summary import joint_lines
 from sixthlink.geometry import Floats
 from sixthlink.measure import LengthCheck, LengthStatistics, statistics
 from sixthlink.robot import HeadLink, PaperNumbers
@@ -31,13 +32,15 @@ def calibration_summary(calibration: Calibration, files: Mapping[str, str]) -> s
     scatter = calibration.scatter
     frame = "T_flange_camera" if calibration.T_link5_head is not None else "T_base_camera"
     lines = [
-        f"{calibration.recording}: head calibrated from {len(calibration.shots)} shots, "
-        f"{len(calibration.placements)} placements, {len(calibration.rejections)} rejections",
+        f"{calibration.recording}: {'arm and head' if calibration.joint else 'head'} calibrated from "
+        f"{len(calibration.shots)} shots, {len(calibration.placements)} placements, "
+        f"{len(calibration.rejections)} rejections",
         f"target scatter   {scatter.rms_translation_m / MM:.4f} mm RMS, {scatter.rms_rotation_rad / DEG:.4f}° RMS",
         f"{frame} [m]",
         *_matrix_lines(calibration),
         *_unobserved_lines(calibration),
         *_head_lines(calibration),
+        *joint_lines(calibration),
         *(f"rejected  {r.shot} {r.camera}: {r.reason}" for r in calibration.rejections),
         *(f"{'passed ' if g.passed else 'REFUSED'}  {g.name}: {g.message}" for g in calibration.gates),
         *(f"wrote {path}" for path in files.values()),
@@ -52,10 +55,10 @@ def check_summary(check: LengthCheck, files: Mapping[str, str]) -> str:
     before = check.before_m
     lines = [
         f"length standard {certified / MM:.4f} mm, {len(after)} placements, lengths and errors in mm",
-        f"{'placement':<12}{'before':>12}{'error':>10}{'after':>13}{'error':>10}",
+        f"{'placement':<12}{'before':>12}{'error':>10}{'after':>13}{'error':>10}{'± std':>10}  in 95 %",
     ]
     for k, name in enumerate(check.placements):
-        lines.append(f"{name:<12}{_pair(before, k, certified)}{_pair(after, k, certified)}")
+        lines.append(f"{name:<12}{_pair(before, k, certified)}{_pair(after, k, certified)}{_doubt(check, k)}")
     rows = _statistics(check)
     for label, field in _FIELDS.items():
         left = f"{getattr(rows['before'], field) / MM:>22.4f}" if rows["before"] else f"{'-':>22}"
@@ -82,6 +85,8 @@ def check_as_dict(check: LengthCheck) -> dict[str, Any]:
                 "before_error_m": None if check.before_m is None else float(check.before_m[k]) - certified,
                 "after_m": float(check.after_m[k]),
                 "after_error_m": float(check.after_m[k]) - certified,
+                "std_m": None if check.std_m is None else float(check.std_m[k]),
+                "inside_95": None if check.inside_95 is None else bool(check.inside_95[k]),
             }
             for k, name in enumerate(check.placements)
         ],
@@ -165,6 +170,12 @@ def _pair(lengths: Floats | None, k: int, certified: float) -> str:
     if lengths is None:
         return f"{'-':>13}{'-':>10}"
     return f"{lengths[k] / MM:>13.4f}{(lengths[k] - certified) / MM:>10.4f}"
+
+
+def _doubt(check: LengthCheck, k: int) -> str:
+    if check.std_m is None or check.inside_95 is None:
+        return f"{'-':>10}"
+    return f"{check.std_m[k] / MM:>10.4f}  {'yes' if check.inside_95[k] else 'NO'}"
 
 
 def _head_lines(calibration: Calibration) -> list[str]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from sixthlink.errors import CalibrationError
 from sixthlink.progress import Progress
-from sixthlink.recording import Detections, Recording, Rejection, joined
+from sixthlink.recording import BOARD_KINDS, Detections, Recording, Rejection, joined
 from sixthlink.target import MARK_FINDERS, Found, GreyImage, NotFound
 
 __all__ = ["detect"]
@@ -100,7 +100,7 @@ def _look(recording: Recording, read_image: Callable[[int, int], GreyImage | Not
             f"the image is {image.shape[1]} x {image.shape[0]} pixel, but the camera was described with "
             f"{camera.width_px} x {camera.height_px}; is it another camera's image?"
         )
-    if recording.kinds[job.shot] == "calibrate":
+    if recording.kinds[job.shot] in BOARD_KINDS:
         if recording.target is None:
             return NotFound("the recording describes no target to look for")
         return recording.target.find(image)

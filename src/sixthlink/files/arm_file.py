@@ -6,6 +6,7 @@ writes are in metres and radians with every digit, so that reading them back giv
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from sixthlink.files.arm_checks import arm_contradictions
 from sixthlink.files.atomic import atomic_write_text
 from sixthlink.files.schema_findings import did_you_mean, validated
 from sixthlink.files.yaml_marks import MarkedYaml, read_yaml, yaml_from_text, yaml_text
-from sixthlink.robot import Arm, Coupling, Joint, Link, Tolerances, arm_from_links, link_table_from_arm
+from sixthlink.robot import HARMONICS, Arm, Coupling, Joint, Link, Tolerances, arm_from_links, link_table_from_arm
 from sixthlink.units import ANGLE_UNITS, LENGTH_UNITS
 
 if TYPE_CHECKING:
@@ -89,6 +90,11 @@ def write_arm(path: Path, arm: Arm) -> None:
         "convention": arm.dialect,
     }
     content |= _steps_content(arm) if arm.dialect == "steps" else _table_content(arm)
+    for entry, waves, compliance in zip(content["joints"], arm.harmonics, arm.compliance.tolist(), strict=True):
+        if waves.any():
+            entry["harmonics"] = dict(zip(HARMONICS, waves.tolist(), strict=True))
+        if compliance:
+            entry["compliance"] = compliance
     content["tolerances"] = {
         "length": float(arm.length_tolerance_m),
         "angle": float(arm.angle_tolerance_rad),
@@ -153,8 +159,14 @@ def _arm_from_yaml(marked: MarkedYaml) -> Arm:
         for j, unit in zip(file.joints, units, strict=True)
     ]
     if file.steps is not None:
-        return _arm_from_steps(file, file.steps, joints, units, tolerances)
-    return _arm_from_table(file, joints, units, tolerances)
+        arm = _arm_from_steps(file, file.steps, joints, units, tolerances)
+    else:
+        arm = _arm_from_table(file, joints, units, tolerances)
+    return replace(
+        arm,
+        harmonics=np.array([[getattr(j.harmonics, wave) for wave in HARMONICS] for j in file.joints]) * angle,
+        compliance=np.array([j.compliance for j in file.joints]) * (angle / length),
+    )
 
 
 def _arm_from_table(file: ArmFile, joints: list[Joint], joint_units: list[float], tolerances: Tolerances) -> Arm:

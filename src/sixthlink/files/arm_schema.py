@@ -38,8 +38,20 @@ class UnitsEntry(_Entry):
     angle: Annotated[str, BeforeValidator(one_of(ANGLE_UNITS))]
 
 
+class HarmonicsEntry(_Entry):
+    """Amplitudes of a joint's error once and twice per turn, in the angle unit; what is not named is zero."""
+
+    sin: Number = 0.0
+    cos: Number = 0.0
+    sin2: Number = 0.0
+    cos2: Number = 0.0
+
+
 class JointEntry(_Entry):
-    """One joint; limits in the angle unit, or in the length unit when it slides."""
+    """One joint; limits in the angle unit, or in the length unit when it slides.
+
+    ``compliance`` is how far it yields, in the angle unit, per length unit of the lever of a load at the flange.
+    """
 
     name: Text
     lower: Number
@@ -47,6 +59,8 @@ class JointEntry(_Entry):
     direction: Literal[1, -1] = 1
     sliding: bool = False
     scale: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] = 1.0
+    harmonics: HarmonicsEntry = HarmonicsEntry()
+    compliance: Number = 0.0
 
 
 class LinkEntry(_Entry):
@@ -126,6 +140,9 @@ EXAMPLES = {
     "joints.direction": "direction: -1",
     "joints.sliding": "sliding: true",
     "joints.scale": "scale: 1.0",
+    "joints.harmonics": "harmonics: {sin: 0.01, cos: 0, sin2: 0, cos2: 0}",
+    **{f"joints.harmonics.{wave}": f"{wave}: 0.01" for wave in ("sin", "cos", "sin2", "cos2")},
+    "joints.compliance": "compliance: 0.0001",
     "links": "- {theta: 0, d: 475, a: 150, alpha: -90}",
     "links.theta": "theta: 0",
     "links.d": "d: 475",

@@ -19,6 +19,7 @@ from sixthlink.calibrate import (
     CameraEvidence,
     Certificate,
     Gate,
+    HeldOut,
     SearchBox,
     SearchReport,
     ShotEvidence,
@@ -28,6 +29,7 @@ from sixthlink.calibrate import (
 from sixthlink.camera import Camera, CameraRig
 from sixthlink.errors import Finding, InputError
 from sixthlink.files.atomic import atomic_write_text
+from sixthlink.files.joint_section import arm_as_dict, arm_from_dict, joint_as_dict, joint_from_dict
 from sixthlink.files.unobserved import (
     filled,
     head_matrix,
@@ -38,7 +40,6 @@ from sixthlink.files.unobserved import (
     unobserved_from_dict,
 )
 from sixthlink.recording import EYE_IN_HAND, Rejection
-from sixthlink.robot import Arm
 from sixthlink.solvers import SwarmBudget
 
 __all__ = ["RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"]
@@ -46,7 +47,6 @@ __all__ = ["RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict",
 RESULT_SCHEMA = "sixthlink-result/1"
 MAXIMUM_BYTES = 64 * 1024 * 1024
 _CERTIFICATE_KEYS = {"value_m2": "value", "bound_m2": "bound"}
-_ARM_NAMES = {"kinds", "parameters", "joints"}
 
 
 def write_result(path: Path, calibration: Calibration) -> None:
@@ -101,6 +101,7 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
             "T_link5_camera": head_matrix(c, lambda of: of.T_link5_head),
             "paper": head_numbers(c, paper_numbers_of),
             "dh": head_numbers(c, head_link_of),
+            "std": _or_none(c.joint, lambda joint: dict(joint.head_std)),
         },
         "unobserved": list(c.unobserved.words) if c.unobserved else [],
         "unobserved_motions": _or_none(c.unobserved, lambda found: motions_as_dict(c, found)),
@@ -111,7 +112,7 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
             "pairs": c.pairs,
         },
         "certificate": {_CERTIFICATE_KEYS.get(k, k): v for k, v in asdict(c.certificate).items()},
-        "search": _search_as_dict(c.search),
+        "search": _or_none(c.search, _search_as_dict),
         "residuals": {
             "rms_translation_m": scatter.rms_translation_m,
             "rms_rotation_rad": scatter.rms_rotation_rad,
@@ -126,7 +127,9 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
         "rejected": [asdict(r) for r in c.rejections],
         "cameras": _cameras_as_list(c),
         "stereo_rms_px": c.stereo_rms_px,
-        "arm": _or_none(c.arm, _arm_as_dict),
+        "arm": _or_none(c.arm, lambda arm: arm_as_dict(arm, c.joint)),
+        **joint_as_dict(c),
+        "heldout": _or_none(c.heldout, asdict),
         "gates": [asdict(g) for g in c.gates],
         "inputs": dict(c.inputs),
         "versions": dict(c.versions),
@@ -146,7 +149,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         mount=data["mount"],
         solver=data["solver"],
         X=held_head(data, "T_flange_camera" if in_hand else "T_base_camera"),
-        arm=_or_none(data["arm"], _arm_from_dict),
+        arm=_or_none(data["arm"], arm_from_dict),
         rig=_rig_from_list(data["cameras"]),
         cameras=tuple(CameraEvidence(**entry["evidence"]) for entry in data["cameras"]),
         stereo_rms_px=data["stereo_rms_px"],
@@ -155,7 +158,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         value_m2=data["objective"]["value"],
         rotation_length_m=data["objective"]["rotation_length_m"],
         pairs=data["objective"]["pairs"],
-        search=_search_from_dict(data["search"]),
+        search=_or_none(data["search"], _search_from_dict),
         certificate=_certificate_from_dict(data["certificate"]),
         shots=tuple(ShotEvidence(**s) for s in data["shots"]),
         rejections=tuple(Rejection(**r) for r in data["rejected"]),
@@ -163,6 +166,8 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         inputs=dict(data["inputs"]),
         versions=dict(data["versions"]),
         unobserved=unobserved_from_dict(data, targets),
+        joint=joint_from_dict(data),
+        heldout=_or_none(data["heldout"], lambda found: HeldOut(**found)),
     )
 
 
@@ -238,28 +243,6 @@ def _rig_from_list(entries: list[Mapping[str, Any]]) -> CameraRig | None:
         cameras,
         np.array([entry["T_camera_head"] for entry in entries]),
     )
-
-
-def _arm_as_dict(arm: Arm) -> dict[str, Any]:
-    return {
-        "name": arm.name,
-        "source": arm.source,
-        "dialect": arm.dialect,
-        "kinds": list(arm.kinds),
-        "parameters": list(arm.parameters),
-        "values": arm.values.tolist(),
-        "joint_map": arm.joint_map.tolist(),
-        "joints": list(arm.joints),
-        "limits": arm.limits.tolist(),
-        "length_tolerance_m": arm.length_tolerance_m,
-        "angle_tolerance_rad": arm.angle_tolerance_rad,
-        "joint_repeatability_rad": arm.joint_repeatability_rad,
-    }
-
-
-def _arm_from_dict(data: Mapping[str, Any]) -> Arm:
-    fields: dict[str, Any] = {k: tuple(v) if k in _ARM_NAMES else v for k, v in data.items()}
-    return Arm(**fields)
 
 
 def _or_none(value: Any, convert: Callable[[Any], Any]) -> Any:

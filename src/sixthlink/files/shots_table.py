@@ -14,7 +14,7 @@ from sixthlink.files.csv_table import CsvTable, cell_finding, check_columns, col
 from sixthlink.files.inside import file_inside
 from sixthlink.files.schema_findings import did_you_mean
 from sixthlink.geometry import Floats
-from sixthlink.recording import KINDS
+from sixthlink.recording import BOARD_KINDS, KINDS
 
 __all__ = ["FEWEST_SHOTS", "ShotLayout", "Shots", "check_image_files", "read_shots"]
 
@@ -22,6 +22,7 @@ FEWEST_SHOTS = 3
 """Fewest calibration shots: two motions about different axes are the least that fixes a head."""
 
 CALIBRATE = KINDS[0]
+STANDARD_KINDS = tuple(kind for kind in KINDS if kind not in BOARD_KINDS)
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def check_image_files(
 def _check_columns(table: CsvTable, layout: ShotLayout, findings: list[Finding]) -> None:
     """Unknown columns can only be told when everything that asks for columns is known."""
     required = ["shot", "placement", "kind"]
-    if layout.marks and any(kind != CALIBRATE for kind in column(table, "kind")):
+    if layout.marks and any(kind not in BOARD_KINDS for kind in column(table, "kind")):
         required.append("mark")
     required += [*(layout.positions or ()), *(layout.targets or ())]
     required += [f"image_{camera}" for camera in layout.cameras or ()]
@@ -158,14 +159,14 @@ def _check_kinds(table: CsvTable, kinds: Sequence[str], fewest: int, findings: l
 
 def _check_marks(table: CsvTable, shots: Shots, marks: tuple[str, ...], findings: list[Finding]) -> None:
     for i, (kind, mark) in enumerate(zip(shots.kinds, shots.marks, strict=True)):
-        if kind == CALIBRATE and mark:
-            what = f"is '{mark}' in a calibrate shot"
+        if kind in BOARD_KINDS and mark:
+            what = f"is '{mark}' in a {kind} shot"
             cure = "empty the cell, or write kind scale or verify"
             findings.append(cell_finding(table, (i, "mark"), what, "an empty cell", cure))
-        elif kind in KINDS[1:] and not marks:
+        elif kind in STANDARD_KINDS and not marks:
             what = f"is {kind}, but recording.yaml has no length_standard"
             findings.append(cell_finding(table, (i, "kind"), what, "a length standard", "describe it there"))
-        elif kind in KINDS[1:] and mark not in marks and "mark" in table.header:
+        elif kind in STANDARD_KINDS and mark not in marks and "mark" in table.header:
             what = f"is '{mark}'" if mark else "is empty"
             cure = "write which mark of the length standard the shot shows"
             findings.append(cell_finding(table, (i, "mark"), what, f"one of {', '.join(marks)}", cure))

@@ -8,13 +8,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from sixthlink.calibrate import MarkPoint
 from sixthlink.geometry import Floats, frozen_floats
 from sixthlink.recording import Rejection
 from sixthlink.target import LengthStandard
 
-__all__ = ["LengthCheck", "LengthStatistics", "lengths_of_placements", "statistics"]
+__all__ = ["COVERAGE_95", "LengthCheck", "LengthStatistics", "lengths_of_placements", "statistics"]
+
+COVERAGE_95 = 1.959963984540054
+"""Standard deviations to either side that hold 95 % of a normal distribution."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,8 @@ class LengthCheck:
         before_m: ``(R,)`` lengths with the nominal head and arm [m], or None when the recording names no nominal head.
         after_m: ``(R,)`` lengths with the calibrated head and arm [m].
         rejections: Shots that could not be measured, and why.
+        std_m: ``(R,)`` standard uncertainty of the calibrated lengths [m], or None when the calibration keeps no
+            covariance (the head alone, the arm taken as exact).
     """
 
     standard: LengthStandard
@@ -55,12 +61,23 @@ class LengthCheck:
     before_m: Floats | None
     after_m: Floats
     rejections: tuple[Rejection, ...]
+    std_m: Floats | None = None
 
     def __post_init__(self) -> None:
         R = len(self.placements)
         object.__setattr__(self, "after_m", frozen_floats(self.after_m, (R,), "after_m"))
         if self.before_m is not None:
             object.__setattr__(self, "before_m", frozen_floats(self.before_m, (R,), "before_m"))
+        if self.std_m is not None:
+            object.__setattr__(self, "std_m", frozen_floats(self.std_m, (R,), "std_m"))
+
+    @property
+    def inside_95(self) -> npt.NDArray[np.bool_] | None:
+        """``(R,)`` whether each length's 95 % interval, the certificate's doubt included, holds the certified one."""
+        if self.std_m is None:
+            return None
+        half_width_m = COVERAGE_95 * np.hypot(self.std_m, self.standard.uncertainty_m)
+        return np.abs(self.after_m - self.standard.length_m) <= half_width_m
 
 
 def lengths_of_placements(

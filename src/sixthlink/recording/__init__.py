@@ -2,6 +2,7 @@
 
 from sixthlink.recording.detections import Detections, Rejection, joined, renumbered, selected
 from sixthlink.recording.recording import (
+    BOARD_KINDS,
     EYE_IN_HAND,
     EYE_TO_HAND,
     KINDS,
@@ -17,6 +18,7 @@ from sixthlink.recording.recording import (
 )
 
 __all__ = [
+    "BOARD_KINDS",
     "EYE_IN_HAND",
     "EYE_TO_HAND",
     "KINDS",

@@ -18,6 +18,7 @@ from sixthlink.robot import Arm, flange_poses
 from sixthlink.target import LengthStandard, Target
 
 __all__ = [
+    "BOARD_KINDS",
     "EYE_IN_HAND",
     "EYE_TO_HAND",
     "KINDS",
@@ -36,8 +37,11 @@ EYE_IN_HAND, EYE_TO_HAND = "eye-in-hand", "eye-to-hand"
 MOUNTS = (EYE_IN_HAND, EYE_TO_HAND)
 """The head rides on the flange, or it stands still and watches a target on the flange."""
 
-KINDS = ("calibrate", "scale", "verify")
-"""What a shot is for: the target for the calibration, the length standard for it, or kept to judge it."""
+KINDS = ("calibrate", "judge", "scale", "verify")
+"""What a shot is for: the target for the calibration, or kept out of it to judge it; the length standard likewise."""
+
+BOARD_KINDS = ("calibrate", "judge")
+"""Kinds of shots that show the target; the others show the length standard."""
 
 
 @dataclass(frozen=True, eq=False)

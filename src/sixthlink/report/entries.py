@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from sixthlink.calibrate import (
     Calibration,
+    SearchReport,
     head_link_of,
     observed_positions,
     paper_numbers_of,
@@ -158,23 +159,31 @@ def _proof(calibration: Calibration) -> tuple[str, str]:
 
 def search_entries(calibration: Calibration) -> tuple[Entry, ...]:
     """What eq. (11) was and how it was minimised."""
-    search, budget = calibration.search, calibration.search.budget
-    value, before, after = (
-        f"{significant(v / MM**2, 6)} mm²" for v in (calibration.value_m2, search.best_unpolished_m2, search.value_m2)
-    )
+    value = f"{significant(calibration.value_m2 / MM**2, 6)} mm²"
     per_pair_m = math.sqrt(max(calibration.value_m2, 0.0) / max(calibration.pairs, 1))
     length = millimetres(calibration.rotation_length_m, 0)
-    swarms = f"{budget.swarms} × {budget.particles} particles × {budget.iterations} iterations"
-    box = f"±{millimetres(search.box.half_width_m, 1)}"
     return (
         Entry("estimator", calibration.solver),
         Entry("eq. (11)", value, f"over {calibration.pairs} pairs of shots"),
         Entry("per pair", millimetres(per_pair_m), "root of eq. (11) per pair"),
         Entry("ℓ", length, "what one unit of a rotation entry counts in eq. (11)"),
+        *_swarm_entries(calibration.search),
+        Entry("proof", *_proof(calibration)),
+    )
+
+
+def _swarm_entries(search: SearchReport | None) -> tuple[Entry, ...]:
+    """What the swarms did; nothing where none searched."""
+    if search is None:
+        return ()
+    budget = search.budget
+    before, after = (f"{significant(v / MM**2, 6)} mm²" for v in (search.best_unpolished_m2, search.value_m2))
+    swarms = f"{budget.swarms} × {budget.particles} particles × {budget.iterations} iterations"
+    box = f"±{millimetres(search.box.half_width_m, 1)}"
+    return (
         Entry("swarms", swarms, f"variant {search.variant}, seed {search.seed}"),
         Entry("box", box, "for x, y, z; |α|, |γ| ≤ 180°, |β| ≤ 90°"),
         Entry("polish", f"{before} → {after}", "eq. (11) of the best swarm, before and after the polish"),
-        Entry("proof", *_proof(calibration)),
         Entry("agreement", f"{search.agreeing} of {budget.swarms} swarms", "ended at the same optimum"),
     )
 

@@ -189,9 +189,10 @@ def _facts(calibration: Calibration, check: LengthCheck | None) -> list[tuple[st
     if calibration.rig is not None and calibration.shots:
         rms_px = float(np.sqrt(np.mean([s.rms_px**2 for s in calibration.shots])))
         facts.append(("image residual, RMS", pixels(rms_px)))
-    agreeing = f"{calibration.search.agreeing} of {calibration.search.budget.swarms} swarms"
-    refused = f"{len(calibration.rejections)} images or shots"
-    return [*facts, ("search agreement", agreeing), ("not used", refused)]
+    if calibration.search is not None:
+        agreeing = f"{calibration.search.agreeing} of {calibration.search.budget.swarms} swarms"
+        facts.append(("search agreement", agreeing))
+    return [*facts, ("not used", f"{len(calibration.rejections)} images or shots")]
 
 
 def _counted(count: int, what: str) -> str:

@@ -15,7 +15,7 @@ from markupsafe import Markup
 from sixthlink.calibrate import Calibration, ShotEvidence, mark_points
 from sixthlink.geometry import Floats, transform_points
 from sixthlink.measure import base_points
-from sixthlink.recording import EYE_IN_HAND, Detections, Recording, flange_poses_of, selected
+from sixthlink.recording import BOARD_KINDS, EYE_IN_HAND, Detections, Recording, flange_poses_of, selected
 from sixthlink.report.quantities import millimetres
 from sixthlink.report.svg import drawing, element, outline, shortened, text, tick_step
 from sixthlink.units import DEG, MM
@@ -171,7 +171,7 @@ def _rulers(calibration: Calibration, recording: Recording, flanges: Floats, det
     none = np.zeros((0, 2, 3))
     if detections is None or calibration.rig is None or calibration.mount != EYE_IN_HAND:
         return none
-    standing = np.array([kind != "calibrate" for kind in recording.kinds])
+    standing = np.array([kind not in BOARD_KINDS for kind in recording.kinds])
     marks, _ = mark_points(calibration.rig, selected(detections, standing[detections.shots]), recording.ids)
     at = base_points(marks, flanges, calibration.X)
     ends: dict[str, dict[int, Floats]] = {}

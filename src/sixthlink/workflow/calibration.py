@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from sixthlink.calibrate import (
     Calibration,
@@ -10,18 +13,30 @@ from sixthlink.calibrate import (
     SolveOptions,
     SolverScore,
     calibrate_head,
+    calibrate_jointly,
     calibrate_rig,
     compare_solvers,
     problem_of_recording,
 )
 from sixthlink.detect import detect
-from sixthlink.files import atomic_write_text, image_reader, read_recording, write_detections, write_result
+from sixthlink.errors import Finding, InputError
+from sixthlink.files import (
+    atomic_write_text,
+    image_reader,
+    read_recording,
+    write_arm,
+    write_detections,
+    write_result,
+)
 from sixthlink.progress import Progress
-from sixthlink.recording import Recording, Rejection
+from sixthlink.recording import Recording, Rejection, shots_of_kind
 from sixthlink.report import report_page
-from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
+from sixthlink.workflow.outcome import ARM, DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
 
 __all__ = ["calibrate_folder", "compare_folder"]
+
+FEWEST_LEFT = 3
+"""Calibration shots that every placement keeps when others are held out."""
 
 
 def compare_folder(
@@ -41,8 +56,10 @@ def calibrate_folder(
     arm: Path | None,
     options: SolveOptions,
     progress: Progress,
+    solve: str = "auto",
+    holdout: int = 0,
 ) -> tuple[Calibration, Outcome]:
-    """Calibrate the head of a recording folder and leave result, detections and report.
+    """Calibrate a recording folder and leave result, detections, report, and the arm where it was calibrated too.
 
     Args:
         folder: The recording.
@@ -50,11 +67,17 @@ def calibrate_folder(
         arm: Arm file that replaces the recording's own kinematics.
         options: Choices of the solver.
         progress: Listener.
+        solve: ``joint`` for arm and head together, ``paper`` for the head alone by eq. (11), ``auto`` for joint where
+            there are joint values and kinematics.
+        holdout: Calibration shots to keep out of the fit and to judge it by, chosen by the seed.
     """
-    recording = shots_for(read_recording(folder, arm=arm), ("calibrate", "scale"))
+    recording = shots_for(read_recording(folder, arm=arm), ("calibrate", "judge", "scale"))
+    recording = _with_holdout(recording, holdout, options.seed)
     cameras, rejections = _seen_by_cameras(folder, recording, progress)
     detections = cameras.detections if cameras else None
-    calibration = calibrate_head(recording, cameras, options, progress, rejections=rejections, versions=versions())
+    joint = solve == "joint" or (solve == "auto" and recording.joints is not None and not options.observable_rest)
+    estimate = calibrate_jointly if joint else calibrate_head
+    calibration = estimate(recording, cameras, options, progress, rejections=rejections, versions=versions())
     page = report_page(
         calibration,
         recording=recording,
@@ -69,9 +92,34 @@ def calibrate_folder(
     if detections is not None:
         files["detections"] = target / DETECTIONS
         write_detections(files["detections"], recording, detections)
+    if calibration.joint is not None and calibration.arm is not None:
+        files["arm"] = target / ARM
+        write_arm(files["arm"], calibration.arm)
     write_result(files["result"], calibration)
     atomic_write_text(files["report"], page)
     return calibration, Outcome(files)
+
+
+def _with_holdout(recording: Recording, holdout: int, seed: int) -> Recording:
+    """The recording with some calibration shots turned into judges, drawn evenly from the placements.
+
+    Raises:
+        InputError: A placement would be left with fewer than three shots.
+    """
+    if holdout == 0:
+        return recording
+    shots = np.random.default_rng(seed).permutation(shots_of_kind(recording, "calibrate"))
+    names = np.array(recording.placements)[shots]
+    # Turn by turn from every placement: the k-th shot of each comes before any k+1-th.
+    turn = np.array([np.count_nonzero(names[:k] == name) for k, name in enumerate(names)])
+    chosen = set(shots[np.argsort(turn, kind="stable")[:holdout]].tolist())
+    kinds = tuple("judge" if i in chosen else kind for i, kind in enumerate(recording.kinds))
+    left = [recording.placements[i] for i, kind in enumerate(kinds) if kind == "calibrate"]
+    if holdout > len(shots) or min((left.count(name) for name in set(names.tolist())), default=0) < FEWEST_LEFT:
+        what = f"{holdout} of {len(shots)} calibrate shots would leave a placement with fewer than {FEWEST_LEFT}"
+        expected = f"at least {FEWEST_LEFT} shots left in every placement"
+        raise InputError([Finding("--holdout", "holdout", what, expected, "keep fewer out, or record more shots")])
+    return replace(recording, kinds=kinds)
 
 
 def _seen_by_cameras(

@@ -12,9 +12,9 @@ import numpy as np
 
 from sixthlink.recording import Recording, shots_of_kind, subset
 
-__all__ = ["DETECTIONS", "REPORT", "RESULT", "Outcome", "now", "shots_for", "versions"]
+__all__ = ["ARM", "DETECTIONS", "REPORT", "RESULT", "Outcome", "now", "shots_for", "versions"]
 
-RESULT, REPORT, DETECTIONS = "result.json", "report.html", "detections.csv"
+RESULT, REPORT, DETECTIONS, ARM = "result.json", "report.html", "detections.csv", "arm.yaml"
 """Names of what a calibration leaves in its result folder."""
 
 

@@ -12,7 +12,7 @@ from sixthlink.detect import detect
 from sixthlink.errors import CalibrationError, Finding, IndependenceError
 from sixthlink.files import atomic_write_text, image_reader, read_detections, read_recording, read_result
 from sixthlink.geometry import Floats, inverse
-from sixthlink.measure import LengthCheck, base_points, lengths_of_placements
+from sixthlink.measure import LengthCheck, base_points, length_stds, lengths_of_placements, uncertain_cameras
 from sixthlink.progress import Progress
 from sixthlink.recording import EYE_IN_HAND, Detections, Recording, Rejection, flange_poses_of, joined, with_arm
 from sixthlink.report import report_page
@@ -51,7 +51,7 @@ def verify_folder(
         )
     read_image = image_reader(folder, recording)
     detections, rejections = detect(recording, read_image, progress=progress)
-    points, unmeasured = mark_points(calibration.rig, detections, recording.ids)
+    points, unmeasured = mark_points(calibration.rig, detections, recording.ids, uncertain_cameras(calibration))
     check = _length_check(recording, calibration, points, rejections + unmeasured, given_arm=arm is not None)
     page = _report_with_check(
         path.parent, folder, _Verification(whole, recording, detections, calibration, check), progress
@@ -103,7 +103,10 @@ def _length_check(
         raise CalibrationError(f"no placement shows both marks of the length standard{reasons}")
     _refuse_what_was_not_observed(chosen, calibration, points)
     before = None if recording.head.nominal is None else _lengths(recording, points, recording.head.nominal)[1]
-    return LengthCheck(recording.standard, placements, before, after, rejections)
+    stds = None
+    if not given_arm:
+        stds = length_stds(calibration, chosen, points, placements, recording.standard)
+    return LengthCheck(recording.standard, placements, before, after, rejections, stds)
 
 
 def _refuse_what_was_not_observed(

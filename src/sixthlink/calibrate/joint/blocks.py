@@ -45,7 +45,7 @@ class BlockVerdict:
 
 
 def estimate_with_blocks(
-    data: JointData, *, noise: str = "estimated", blocks: Sequence[str] = BLOCKS
+    data: JointData, *, noise: str = "estimated", blocks: Sequence[str] = BLOCKS, base: Estimate | None = None
 ) -> tuple[Estimate, tuple[BlockVerdict, ...]]:
     """Arm, head and placements together, with those optional blocks that held-out observations ask for.
 
@@ -53,8 +53,9 @@ def estimate_with_blocks(
         data: What was observed.
         noise: As in :func:`~.estimate.estimate`.
         blocks: Blocks to consider, in this order.
+        base: The estimate without them, where it is already there.
     """
-    best = estimate(data, noise=noise)
+    best = base or estimate(data, noise=noise)
     verdicts = []
     scores = _heldout_scores(best)
     for block in blocks:

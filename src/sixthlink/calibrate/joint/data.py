@@ -66,6 +66,7 @@ class JointData:
         arm: The nominal arm.
         shots: Shots of targets.
         lens_covariance: ``(g, g)`` of the cameras' free unknowns, from the images.
+        lens_offset: ``(g,)`` how far the cameras already are from what the images alone say.
         lengths: Certified lengths seen by the head.
         touches: Touches of fixed points.
         distances: Known distances between touched points.
@@ -74,6 +75,7 @@ class JointData:
     arm: Arm
     shots: HeadShots | None = None
     lens_covariance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    lens_offset: Floats = field(default_factory=lambda: np.zeros(0))
     lengths: KnownLengths | None = None
     touches: FixedPointTouches | None = None
     distances: SocketDistances | None = None

@@ -158,11 +158,13 @@ def _columns(data: JointData, arm: tuple[ArmParameter, ...]) -> Columns:
 
 def _problem(data: JointData, columns: Columns) -> JointProblem:
     A, g = len(columns.arm), columns.lens
-    prior = np.zeros((A + g, columns.size))
+    prior, right = np.zeros((A + g, columns.size)), np.zeros(A + g)
     prior[:A, columns.arm_slice] = np.diag([1.0 / p.sigma for p in columns.arm])
     if g:
-        prior[A:, columns.lens_slice] = np.linalg.inv(np.linalg.cholesky(data.lens_covariance))
-    return JointProblem(observations_of(data), columns, prior, np.zeros(A + g))
+        white = np.linalg.inv(np.linalg.cholesky(data.lens_covariance))
+        prior[A:, columns.lens_slice] = white
+        right[A:] = -white @ data.lens_offset
+    return JointProblem(observations_of(data), columns, prior, right)
 
 
 def _singles(data: JointData) -> int:
@@ -198,6 +200,6 @@ def _chi2(data: JointData, problem: JointProblem, fit: Fit, scales: Scales, weig
     step = np.zeros(problem.columns.size)
     step[problem.columns.lens_slice] = fit.state.lens_step
     step[problem.columns.arm_slice] = fit.state.arm_step
-    cost += float(np.sum((problem.prior @ step) ** 2))
+    cost += float(np.sum((problem.prior @ step - problem.prior_right) ** 2))
     dof = _dof(fit, weights)
     return cost / max(dof, 1), dof

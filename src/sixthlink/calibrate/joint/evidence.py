@@ -15,7 +15,7 @@ from sixthlink.geometry import Floats, frozen_floats
 from sixthlink.robot import Arm
 from sixthlink.solvers import covariance_of_own
 
-__all__ = ["ArmEvidence", "Correlation", "HeldOut", "JointEvidence", "NoiseEvidence", "joint_evidence", "names_of"]
+__all__ = ["ArmEvidence", "Budget", "Correlation", "JointEvidence", "NoiseEvidence", "joint_evidence", "names_of"]
 
 NOTABLE_CORRELATION = 0.9
 
@@ -76,18 +76,30 @@ class Correlation:
 
 
 @dataclass(frozen=True)
-class HeldOut:
-    """Error on shots that were kept out of the fit.
+class Budget:
+    """Where the uncertainty of a length between two placements comes from, as standard deviations.
 
     Attributes:
-        shots: How many.
-        rms_translation_m: RMS distance of their target to its placement [m].
-        rms_rotation_rad: RMS angle [rad].
+        reference_length_m: Mean of the reference lengths [m].
+        std_m: Standard uncertainty of such a length [m]: the root of the sum of the squares below.
+        pixels_m: Noise of the head's images while measuring [m].
+        lens_m: What the calibration leaves of the cameras [m].
+        target_m: What the target's own errors add [m]; None: nobody stated them.
+        head_m: What it leaves of the head [m].
+        arm_m: What it leaves of the arm's geometry [m].
+        repeatability_m: Joint repeatability while measuring [m].
+        advice: What would help most.
     """
 
-    shots: int
-    rms_translation_m: float
-    rms_rotation_rad: float
+    reference_length_m: float
+    std_m: float
+    pixels_m: float
+    lens_m: float
+    target_m: float | None
+    head_m: float
+    arm_m: float
+    repeatability_m: float
+    advice: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +116,7 @@ class JointEvidence:
         dof: Degrees of freedom.
         correlations: Pairs of unknowns with a coefficient above 0.9.
         placement_std: ``(P, 6)`` standard deviations of the placements [m, rad].
-        heldout: Error on shots kept out of the fit, or None.
+        budget: Where the uncertainty of a measured length comes from, or None with a single placement.
     """
 
     unknowns: tuple[str, ...]
@@ -116,7 +128,7 @@ class JointEvidence:
     dof: int
     correlations: tuple[Correlation, ...]
     placement_std: Floats
-    heldout: HeldOut | None = None
+    budget: Budget | None = None
 
     def __post_init__(self) -> None:
         G = len(self.unknowns)

@@ -1,0 +1,297 @@
+"""How do the usable shots of a recording become an arm, a head and placements, found together?
+
+From the images' own cameras: shots, lenses and certified lengths enter one estimate; where the robot moves the lenses,
+the targets are located again with them. Shots that do not belong are named, shots of kind ``judge`` are predicted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sixthlink.calibrate.budget import budget_of
+from sixthlink.calibrate.calibration import Calibration
+from sixthlink.calibrate.cameras import RigCalibration
+from sixthlink.calibrate.gates import gates_of, noise_gate
+from sixthlink.calibrate.half_turns import half_turn_transform
+from sixthlink.calibrate.head import (
+    HeadProblem,
+    certificate_of,
+    head_problem,
+    objective,
+    objective_values,
+    scatter,
+    solve_certified,
+)
+from sixthlink.calibrate.heldout import held_out
+from sixthlink.calibrate.joint import (
+    BlockVerdict,
+    Estimate,
+    HeadShots,
+    JointData,
+    estimate,
+    estimate_with_blocks,
+    joint_evidence,
+    repeatability_of,
+)
+from sixthlink.calibrate.marks import mark_points
+from sixthlink.calibrate.observations import KnownLengths, carried
+from sixthlink.calibrate.unobserved import degenerate_motion
+from sixthlink.calibrate.usable import SolveOptions, Usable, motion_of, shot_evidence, usable_shots
+from sixthlink.calibrate.wrong_shots import wrong_shots
+from sixthlink.camera import moved_rig
+from sixthlink.errors import CalibrationError
+from sixthlink.geometry import Floats
+from sixthlink.progress import Progress
+from sixthlink.recording import (
+    EYE_TO_HAND,
+    Recording,
+    Rejection,
+    placement_indices,
+    selected,
+    shots_of_kind,
+)
+from sixthlink.robot import Arm, flange_poses
+
+__all__ = ["calibrate_jointly"]
+
+STAGE = "arm and head together"
+
+LENS_ROUNDS = 4
+LENS_SETTLED = 0.05
+"""Change of any lens unknown, in its own standard deviations, below which the targets need not be located again."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    cameras: RigCalibration | None
+    usable: Usable
+    data: JointData
+    found: Estimate
+    verdicts: tuple[BlockVerdict, ...]
+
+
+def calibrate_jointly(
+    recording: Recording,
+    cameras: RigCalibration | None,
+    options: SolveOptions,
+    progress: Progress,
+    *,
+    rejections: tuple[Rejection, ...] = (),
+    versions: Mapping[str, str] | None = None,
+) -> Calibration:
+    """Calibrate arm, head and placements of a recording together, weighted by what makes the noise.
+
+    Args:
+        recording: What was recorded, with joint values and the arm's nominal kinematics.
+        cameras: The cameras as their images determine them, with what they saw; None for recorded target poses.
+        options: Choices of the solver.
+        progress: Listener.
+        rejections: Images already rejected on the way here.
+        versions: Versions of the software, for the record.
+
+    Raises:
+        TooFewShotsError: No placement has three usable shots.
+        DegenerateMotionError: The motion leaves a direction of the head unseen.
+        CalibrationError: There are no joint values, or the estimate does not settle.
+    """
+    nominal = _kinematics(recording)
+    solved = _solved(recording, nominal, cameras, options=options, rejections=rejections, progress=progress)
+    found, usable = solved.found, solved.usable
+    arm = replace(found.fit.state.arm, source=f"calibrated from {recording.name}; nominal: {nominal.source}")
+    X, kept = _head(found), found.kept[0]
+    assert recording.joints is not None  # noqa: S101 - there are kinematics, so there are joints
+    Ts_base_flange = flange_poses(arm, recording.joints[usable.shots])
+    problem = head_problem(recording.mount, Ts_base_flange, usable.problem.Ts_inner, usable.problem.placements)
+    used = _part(problem, kept)
+    eq11 = objective(used, options.rotation_length_m)
+    certificate = certificate_of(eq11, solve_certified(eq11)[0][:3, :3])
+    heldout, unjudged = held_out(
+        recording,
+        solved.cameras,
+        arm,
+        X=X,
+        placements=usable.placements,
+        Ts_stand_target=found.fit.state.Ts_stand_target,
+    )
+    lens = solved.cameras.names if solved.cameras else ()
+    evidence = replace(
+        joint_evidence(nominal, found, solved.verdicts, lens, solved.data.stated),
+        budget=budget_of(solved.data, found, _middle(recording)),
+    )
+    wrong = wrong_shots(recording, problem, usable, found)
+    all_evidence = shot_evidence(recording, usable, scatter(problem, X))
+    recorded = len(shots_of_kind(recording, "calibrate"))
+    return Calibration(
+        recording=recording.name,
+        mount=recording.mount,
+        solver="joint",
+        X=X,
+        arm=arm,
+        rig=solved.cameras.rig if solved.cameras else None,
+        cameras=solved.cameras.cameras if solved.cameras else (),
+        stereo_rms_px=solved.cameras.stereo_rms_px if solved.cameras else 0.0,
+        placements=usable.placements,
+        Ts_base_target=found.fit.state.Ts_stand_target,
+        value_m2=float(objective_values(eq11, X[:3, :3], X[:3, 3])),
+        rotation_length_m=options.rotation_length_m,
+        pairs=eq11.pairs,
+        search=None,
+        certificate=certificate,
+        shots=tuple(shot for shot, good in zip(all_evidence, kept, strict=True) if good),
+        rejections=usable.rejections + wrong + unjudged,
+        gates=(*gates_of(recorded, int(kept.sum()), certificate), noise_gate(evidence)),
+        joint=evidence,
+        heldout=heldout,
+        inputs=dict(recording.inputs),
+        versions=dict(versions or {}),
+    )
+
+
+def _kinematics(recording: Recording) -> Arm:
+    if recording.joints is None or recording.arm is None:
+        raise CalibrationError(
+            "arm and head together need joint values and the robot's kinematics; this recording has flange poses "
+            "only. Record joint values and name the robot, or calibrate the head alone with --solve paper"
+        )
+    return recording.arm
+
+
+def _solved(
+    recording: Recording,
+    nominal: Arm,
+    cameras: RigCalibration | None,
+    *,
+    options: SolveOptions,
+    rejections: tuple[Rejection, ...],
+    progress: Progress,
+) -> _Solved:
+    """The estimate, its cameras and its shots; lenses that the robot has moved locate the targets anew."""
+    offset = np.zeros(len(cameras.covariance) if cameras else 0)
+    for round_ in range(LENS_ROUNDS):
+        progress.step(STAGE, round_, LENS_ROUNDS + 1)
+        usable = usable_shots(recording, cameras, options, rejections)
+        seen = motion_of(recording, usable)
+        if not seen.complete:
+            raise degenerate_motion(seen)
+        data = _data(recording, nominal, usable, cameras, offset)
+        found = estimate(data, noise=options.noise)
+        step = found.fit.state.lens_step
+        if cameras is None or not len(step):
+            break
+        step_in_stds = np.abs(step) / np.sqrt(np.diag(cameras.covariance))
+        if step_in_stds.max() < LENS_SETTLED:
+            break
+        cameras, offset = _with_lens(cameras, step), offset + step
+    progress.step(STAGE, LENS_ROUNDS, LENS_ROUNDS + 1)
+    found, verdicts = estimate_with_blocks(data, noise=options.noise, base=found)
+    progress.step(STAGE, LENS_ROUNDS + 1, LENS_ROUNDS + 1)
+    return _Solved(_with_evidence(cameras, found), usable, data, found, verdicts)
+
+
+def _data(
+    recording: Recording, nominal: Arm, usable: Usable, cameras: RigCalibration | None, offset: Floats
+) -> JointData:
+    assert recording.joints is not None  # noqa: S101 - the caller made sure
+    covariances, by_lens = None, np.zeros((0, 6, 0))
+    if usable.targets is not None and cameras is not None:
+        covariances, by_lens = _pixel_noise(recording, usable, cameras)
+    shots = HeadShots(
+        recording.joints[usable.shots], usable.problem, recording.mount == EYE_TO_HAND, covariances, by_lens
+    )
+    return JointData(
+        arm=nominal,
+        shots=shots,
+        lens_covariance=cameras.covariance if cameras else np.zeros((0, 0)),
+        lens_offset=offset,
+        lengths=_lengths(recording, nominal, cameras),
+    )
+
+
+def _pixel_noise(recording: Recording, usable: Usable, cameras: RigCalibration) -> tuple[Floats, Floats]:
+    """Covariances ``(S, 6, 6)`` of the poses from the noise that the images show, and their derivatives by the rig."""
+    assert usable.targets is not None  # noqa: S101 - the caller made sure
+    covariances: Floats = np.asarray(np.linalg.inv(usable.targets.informations)) * _noise_ratio(cameras) ** 2
+    by_lens = usable.targets.by_rig
+    if recording.target is not None and recording.target.half_turn is not None and usable.half_turned.any():
+        # A target read from its other end has its origin elsewhere: noise and derivative are carried there.
+        T_target_turned = half_turn_transform(recording.target.points_m, recording.target.half_turn)
+        levers = usable.targets.Ts_head_target[:, :3, :3] @ T_target_turned[:3, 3]
+        to_origin = carried(np.where(usable.half_turned[:, None], levers, 0.0))
+        covariances = to_origin @ covariances @ np.swapaxes(to_origin, 1, 2)
+        by_lens = to_origin @ by_lens
+    return covariances, by_lens
+
+
+def _noise_ratio(cameras: RigCalibration) -> float:
+    """Noise of the pixels as the images show it, over what the detector states."""
+    return cameras.noise_px / float(np.sqrt(np.mean(cameras.detections.sigmas_px**2)))
+
+
+def _lengths(recording: Recording, nominal: Arm, cameras: RigCalibration | None) -> KnownLengths | None:
+    """Certified lengths of the placements of kind ``scale`` where both marks were seen."""
+    wanted = shots_of_kind(recording, "scale")
+    if cameras is None or recording.standard is None or recording.joints is None or len(wanted) == 0:
+        return None
+    seen = selected(cameras.detections, np.isin(cameras.detections.shots, wanted))
+    points, _ = mark_points(cameras.rig, seen, recording.ids, cameras.unknowns)
+    ends: dict[str, set[int]] = {}
+    for p in points:
+        ends.setdefault(recording.placements[p.shot], set()).add(p.mark)
+    points = tuple(p for p in points if ends[recording.placements[p.shot]] >= {0, 1})
+    if not points:
+        return None
+    shots = np.array([p.shot for p in points], dtype=np.int64)
+    return KnownLengths(
+        joints=recording.joints[shots],
+        points_head=np.array([p.point_head for p in points]),
+        covariances=np.array([p.covariance for p in points]) * _noise_ratio(cameras) ** 2,
+        lengths=placement_indices(recording, shots)[0],
+        ends=np.array([p.mark for p in points], dtype=np.int64),
+        length_m=recording.standard.length_m,
+        uncertainty_m=recording.standard.uncertainty_m,
+        repeatability_rad=repeatability_of(nominal),
+        by_lens=np.array([p.by_rig for p in points]),
+        fixed_head=recording.mount == EYE_TO_HAND,
+    )
+
+
+def _with_lens(cameras: RigCalibration, step: Floats) -> RigCalibration:
+    rig = moved_rig(cameras.rig, cameras.unknowns, step)
+    if rig is None:
+        raise CalibrationError(
+            "robot and images contradict each other about the lens: a focal length would not stay positive; check "
+            "the target's size and the robot's unit of length"
+        )
+    return replace(cameras, rig=rig)
+
+
+def _with_evidence(cameras: RigCalibration | None, found: Estimate) -> RigCalibration | None:
+    """The cameras with the standard deviations of the joint estimate."""
+    if cameras is None or not len(cameras.covariance):
+        return cameras
+    cameras = _with_lens(cameras, found.fit.state.lens_step)
+    at = found.problem.columns.lens_slice
+    covariance = found.covariance[at, at]
+    lens = cameras.unknowns.lens
+    stds = np.zeros(lens.shape)
+    stds[lens] = np.sqrt(np.diag(covariance))[: np.count_nonzero(lens)]
+    evidence = tuple(replace(e, std=std) for e, std in zip(cameras.cameras, stds, strict=True))
+    return replace(cameras, covariance=covariance, cameras=evidence)
+
+
+def _middle(recording: Recording) -> Floats:
+    """Middle ``(3,)`` of the target in its own frame [m]; the origin where only poses were recorded."""
+    return np.zeros(3) if recording.target is None else np.asarray(recording.target.points_m.mean(axis=0))
+
+
+def _head(found: Estimate) -> Floats:
+    assert found.fit.state.X is not None  # noqa: S101 - shots have a head
+    return found.fit.state.X
+
+
+def _part(problem: HeadProblem, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> HeadProblem:
+    numbers = np.unique(problem.placements[kept], return_inverse=True)[1]
+    return HeadProblem(problem.Ts_outer[kept], problem.Ts_inner[kept], numbers)
