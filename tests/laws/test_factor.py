@@ -115,6 +115,7 @@ def test_streaming_in_pieces_in_any_order_equals_reading_at_once(shots, pieces):
     rng = np.random.default_rng(3)
     problem = case(rng, shots=shots, placements=2, sigma_m=1e-4, sigma_rad=1e-4).problem
     stream = FactorStream()
+    stream.add(np.zeros((0, 4, 4)), np.zeros((0, 4, 4)), 0)
     for piece in np.array_split(rng.permutation(shots), pieces):
         for p in np.unique(problem.placements[piece]):
             members = piece[problem.placements[piece] == p]

@@ -89,6 +89,8 @@ class FactorStream:
     def add(self, Ts_outer: Floats, Ts_inner: Floats, placement: int) -> None:
         """Read ``(n, 4, 4)`` outer and inner poses of one placement and forget them."""
         n = len(Ts_outer)
+        if n == 0:
+            return
         groups = Grouping(None, np.array([0]), np.array([n]))
         translation, rotation = _factors(Ts_outer, Ts_inner, groups)
         factors, means = (triangular(translation), triangular(rotation)), mean_rows(Ts_outer, Ts_inner)

@@ -79,8 +79,7 @@ def grouping(placements: Ints) -> Grouping:
     order = None
     if (placements[1:] < placements[:-1]).any():
         # Sixteen bits are sorted by counting, which is linear.
-        small = placements.min() >= 0 and placements.max() < 2**16
-        order = np.argsort(placements.astype(np.uint16) if small else placements, kind="stable")
+        order = np.argsort(placements.astype(np.uint16) if placements.max() < 2**16 else placements, kind="stable")
         placements = placements[order]
     firsts = np.concatenate([[0], 1 + np.flatnonzero(placements[1:] != placements[:-1])])
     return Grouping(order, firsts, np.diff(firsts, append=len(placements)))
