@@ -87,6 +87,13 @@ def qpso(swarms: int, particles: int, iterations: int) -> Callable[[Task], np.nd
     return search
 
 
+def chance(task: Task) -> None:
+    """The control: positions drawn at random, forty at a time."""
+    rng = np.random.default_rng(task.seed)
+    while task.used < task.evaluations:
+        task.judge(rng.uniform(task.lower, task.upper, (40, len(task.lower))))
+
+
 def pyswarms(particles: int) -> Callable[[Task], None]:
     from pyswarms.single import GlobalBestPSO
 
@@ -160,6 +167,7 @@ def direct(task: Task) -> None:
 
 def peers(particles: int) -> dict[str, Callable[[Task], None]]:
     return {
+        "chance": chance,
         "pyswarms, global best": pyswarms(particles),
         "cma, BIPOP": cma,
         "pymoo, differential evolution": pymoo,

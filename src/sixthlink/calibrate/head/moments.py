@@ -111,17 +111,20 @@ def _residuals(outer: Floats, inner: Floats, start: _Start, cut: Segments, momen
     if cut.continued:
         origins[..., 0] = moments.origin
     moments.origin = origins[..., -1]
-    return values - np.repeat(origins, cut.lengths, axis=2)
+    values -= np.repeat(origins, cut.lengths, axis=2)
+    return values
 
 
 def _add_squares(moments: _Moments, R_out: Floats, inner: Floats, residuals: Floats, weights: Floats) -> None:
     """Add the products of rows, weighed by the shots of their placement."""
     n = len(weights)
     R_in, s = inner[:, :3], np.concatenate([inner[:, 3], np.ones((1, n))])
-    outer_squares = np.einsum("abn,acn->bcn", R_out, R_out).reshape(9, n) * weights
-    inner_squares = np.einsum("bdn,cdn->bcn", R_in, R_in).reshape(9, n)
-    both = np.concatenate([inner_squares, (s[:, None] * s).reshape(16, n)])
-    moments.squares += outer_squares @ both.T
+    outer_squares = np.einsum("abn,acn->bcn", R_out, R_out)
+    outer_squares *= weights
+    inner_squares = np.empty((25, n))
+    np.einsum("bdn,cdn->bcn", R_in, R_in, out=inner_squares[:9].reshape(3, 3, n))
+    np.multiply(s[:, None], s, out=inner_squares[9:].reshape(4, 4, n))
+    moments.squares += outer_squares.reshape(9, n) @ inner_squares.T
     weighed = residuals * weights
     turned = np.einsum("abn,acn->bcn", R_out, weighed)
     moments.along[:, :3] += np.einsum("bdn,cdn->bc", turned[:, :3], R_in)
