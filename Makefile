@@ -37,20 +37,26 @@ check: .venv/.ready  ## lint, types, floors
 test: check  ## everything that must be green
 	.venv/bin/pytest -n 2 --dist loadfile
 
-bench: .venv/.ready .venv-cv4/.ready  ## figures of the docs: the paper's cell, closed forms beside OpenCV 4.14
+bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs; OpenCV 4.14 and other searches beside
 	$(PYTHON) benchmarks/paper_cell.py
 	$(PYTHON) benchmarks/real_recordings.py
 	$(PYTHON) benchmarks/certified_heads.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/solver_times.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/closed_forms_against_opencv.py
+	PYTHONPATH=src OMP_NUM_THREADS=1 .venv-peers/bin/python benchmarks/global_search.py
 
 .venv-cv4/.ready: | $(UV)
 	test -x .venv-cv4/bin/python || $(UV) venv --quiet --python python3 .venv-cv4
 	$(UV) pip install --quiet --python .venv-cv4/bin/python numpy scipy clarabel 'opencv-python-headless==4.14.*'
 	touch $@
 
+.venv-peers/.ready: | $(UV)
+	test -x .venv-peers/bin/python || $(UV) venv --quiet --python python3 .venv-peers
+	$(UV) pip install --quiet --python .venv-peers/bin/python numpy scipy clarabel pyswarms cma pymoo
+	touch $@
+
 wheel: .venv/.ready  ## build the wheel into dist/
 	$(UV) build --quiet --wheel
 
 clean:  ## remove everything that the targets made
-	rm -rf .tools .venv .venv-cv4 dist $(DEMO)
+	rm -rf .tools .venv .venv-cv4 .venv-peers dist $(DEMO)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from problems import case
+from sixthlink.calibrate.head import certificate_of, objective, search_box, search_head
+from sixthlink.progress import Silent
 from sixthlink.solvers import Qpso, SwarmBudget, contraction
 
 
@@ -81,3 +85,21 @@ def test_impossible_boxes_are_refused(lower, upper, words):
 def test_impossible_budgets_are_refused(budget):
     with pytest.raises(ValueError, match="at least"):
         SwarmBudget(**budget)
+
+
+@pytest.mark.parametrize("angles_deg", [(30, 90, 50), (-120, -90, 10), (180, 20, -180), (180, 0, 180), (0, 0, 0)])
+def test_the_robust_swarm_and_its_polish_know_no_seam(angles_deg):
+    """β = ±90° is the gimbal lock of the paper's angles, ±180° their wall; the certificate judges the answer."""
+    head = np.eye(4)
+    head[:3, :3] = Rotation.from_euler("XYZ", angles_deg, degrees=True).as_matrix()
+    rng = np.random.default_rng(3)
+    for seed in range(5):
+        problem = case(rng, shots=15, placements=2, sigma_m=1e-3, sigma_rad=1e-2, head=head).problem
+        eq11 = objective(problem, 1.0)
+        budget = SwarmBudget(4, 12, 40)
+        X, report = search_head(
+            eq11, search_box(problem), seed=seed, budget=budget, progress=Silent(), variant="robust"
+        )
+        certificate = certificate_of(eq11, X[:3, :3])
+        assert certificate.certified
+        assert report.value_m2 == pytest.approx(certificate.value_m2, rel=1e-9)

@@ -1,13 +1,13 @@
 """What is eq. (11) once every shot has been read?
 
 Every shot's target pose is affine in θ = (t, vec R, 1), and the sum over pairs is n times the sum of squares about
-the placement's mean. One QR of the centred rows leaves a 13×13 triangular factor U with
+the placement's mean. The centred rows leave a 13×13 triangular factor U with
 
     F(R, t) = Σ_{i<j} |t_i - t_j|² + ℓ² |R_i - R_j|²  =  |U θ|²           (eq. 11; method: docs/theory/factor.md)
 
 whatever the number of shots. ℓ is the length that turns a rotation entry into metres; the paper, counting in
-millimetres, has ℓ = 1 mm. The triangular factor is used, never the normal matrix UᵀU: squaring would lose the small
-residuals.
+millimetres, has ℓ = 1 mm. The plain normal matrix is never formed: squaring would lose the small residuals. Few shots
+go row by row through a QR (rows.py), many through sums that keep the small direction apart (moments.py).
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sixthlink.calibrate.head.moments import moment_factors
 from sixthlink.calibrate.head.problem import HeadProblem
+from sixthlink.calibrate.head.rows import CHUNK_SHOTS, Grouping, grouping, mean_rows, row_factors, triangular
 from sixthlink.geometry import Floats, frozen_floats, transform
 
 __all__ = [
@@ -32,13 +34,6 @@ __all__ = [
 
 PAPER_ROTATION_LENGTH_M = 1e-3
 """ℓ of the paper's eq. (11): lengths counted in millimetres beside rotation entries."""
-
-
-CHUNK_SHOTS = 4096
-"""Shots read at a time: bounds the memory that rows need."""
-
-LEAF_ROWS = 512
-"""Rows of one leaf of the QR of QRs: small enough for the cache, large enough to be worth a call."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,26 +66,14 @@ def objective(problem: HeadProblem, rotation_length_m: float = PAPER_ROTATION_LE
         problem: The shots.
         rotation_length_m: ℓ, the metres that one unit of a rotation entry counts [m].
     """
-    order = np.argsort(problem.placements, kind="stable")
-    placements = problem.placements[order]
-    firsts = np.flatnonzero(np.r_[True, np.diff(placements) > 0])
-    counts = np.diff(np.r_[firsts, len(placements)])
-    group = np.repeat(np.arange(len(firsts)), counts)
-    sums = [np.zeros((len(firsts), *shape)) for shape in ((3, 13), (9, 9))]
-    for part in _chunks(len(order)):
-        for total, rows in zip(sums, _rows(problem.Ts_outer[order[part]], problem.Ts_inner[order[part]]), strict=True):
-            starts = np.flatnonzero(np.r_[True, np.diff(group[part]) > 0])
-            total[group[part][starts]] += np.add.reduceat(rows, starts, axis=0)
-    means = [total / counts[:, None, None] for total in sums]
-    weights = np.sqrt(counts)[group][:, None, None]
-    factors = [np.zeros((0, 13)), np.zeros((0, 9))]
-    for part in _chunks(len(order)):
-        both = _rows(problem.Ts_outer[order[part]], problem.Ts_inner[order[part]])
-        for k, rows in enumerate(both):
-            centred = (rows - means[k][group[part]]) * weights[part]
-            factors[k] = _triangular(np.concatenate([factors[k], centred.reshape(-1, rows.shape[-1])]))
-    pairs = int(np.sum(counts * (counts - 1) // 2))
-    return objective_from_factors(factors[0], factors[1], rotation_length_m, pairs)
+    groups = grouping(problem.placements)
+    translation, rotation = _factors(problem.Ts_outer, problem.Ts_inner, groups)
+    pairs = int(np.sum(groups.counts * (groups.counts - 1) // 2))
+    return objective_from_factors(translation, rotation, rotation_length_m, pairs)
+
+
+_Piece = tuple[int, tuple[Floats, Floats], tuple[Floats, Floats]]
+"""Shots, factors and mean rows of what has been read of one placement."""
 
 
 class FactorStream:
@@ -101,31 +84,26 @@ class FactorStream:
     """
 
     def __init__(self) -> None:
-        self._placements: dict[int, tuple[int, tuple[Floats, Floats], tuple[Floats, Floats]]] = {}
+        self._placements: dict[int, _Piece] = {}
 
     def add(self, Ts_outer: Floats, Ts_inner: Floats, placement: int) -> None:
         """Read ``(n, 4, 4)`` outer and inner poses of one placement and forget them."""
-        both = _rows(Ts_outer, Ts_inner)
-        means = tuple(rows.mean(axis=0) for rows in both)
-        centred = tuple((r - m).reshape(-1, r.shape[-1]) for r, m in zip(both, means, strict=True))
         n = len(Ts_outer)
+        if n == 0:
+            return
+        groups = Grouping(None, np.array([0]), np.array([n]))
+        translation, rotation = _factors(Ts_outer, Ts_inner, groups)
+        factors, means = (triangular(translation), triangular(rotation)), mean_rows(Ts_outer, Ts_inner)
         if placement in self._placements:
-            before, old_factors, old_means = self._placements[placement]
-            weight = np.sqrt(before * n / (before + n))
-            centred = tuple(
-                np.concatenate([f, c, weight * (m - o)])
-                for f, c, m, o in zip(old_factors, centred, means, old_means, strict=True)
-            )
-            means = tuple((before * o + n * m) / (before + n) for o, m in zip(old_means, means, strict=True))
-            n += before
-        factors = (_triangular(centred[0]), _triangular(centred[1]))
-        self._placements[placement] = (n, factors, (means[0], means[1]))
+            factors, means = _merged(self._placements[placement], (n, factors, means))
+            n += self._placements[placement][0]
+        self._placements[placement] = (n, factors, means)
 
     def objective(self, rotation_length_m: float = PAPER_ROTATION_LENGTH_M) -> Objective:
         """Eq. (11) of everything read so far."""
         parts = self._placements.values()
-        translation = np.concatenate([np.zeros((0, 13)), *(np.sqrt(n) * factors[0] for n, factors, _ in parts)])
-        rotation = np.concatenate([np.zeros((0, 9)), *(np.sqrt(n) * factors[1] for n, factors, _ in parts)])
+        translation = np.concatenate([np.zeros((0, 13)), *(factors[0] for _, factors, _ in parts)])
+        rotation = np.concatenate([np.zeros((0, 9)), *(factors[1] for _, factors, _ in parts)])
         pairs = sum(n * (n - 1) // 2 for n, _, _ in parts)
         return objective_from_factors(translation, rotation, rotation_length_m, pairs)
 
@@ -135,7 +113,7 @@ def objective_from_factors(translation: Floats, rotation: Floats, rotation_lengt
     stacked = np.zeros((len(translation) + len(rotation), 13))
     stacked[: len(translation)] = translation
     stacked[len(translation) :, 3:12] = rotation_length_m * rotation
-    return Objective(_triangular(stacked), rotation_length_m, pairs)
+    return Objective(triangular(stacked), rotation_length_m, pairs)
 
 
 def objective_values(objective: Objective, rotations: Floats, translations_m: Floats) -> Floats:
@@ -169,36 +147,23 @@ def best_translation(objective: Objective, rotation: Floats) -> Floats:
     return transform(rotation, t)
 
 
-def _rows(Ts_outer: Floats, Ts_inner: Floats) -> tuple[Floats, Floats]:
-    """Rows of θ ``(n, 3, 13)`` for R_out (R t_in + t) + t_out, and of vec R ``(n, 9, 9)`` for R_out R R_in."""
-    n = len(Ts_outer)
-    R_out, R_in = Ts_outer[:, :3, :3], Ts_inner[:, :3, :3]
-    translation = np.empty((n, 3, 13))
-    translation[..., :3] = R_out
-    translation[..., 3:12] = (R_out[..., None] * Ts_inner[:, None, None, :3, 3]).reshape(n, 3, 9)
-    translation[..., 12] = Ts_outer[:, :3, 3]
-    rotation = R_out[:, :, None, :, None] * np.swapaxes(R_in, 1, 2)[:, None, :, None, :]
-    return translation, rotation.reshape(n, 9, 9)
+def _factors(Ts_outer: Floats, Ts_inner: Floats, groups: Grouping) -> tuple[Floats, Floats]:
+    """Centred rows, each times √n of its placement, or factors of them, by the quicker way that loses no digits."""
+    quick = moment_factors(Ts_outer, Ts_inner, groups) if groups.shots > CHUNK_SHOTS else None
+    return quick or row_factors(Ts_outer, Ts_inner, groups)
 
 
-def _chunks(shots: int) -> list[slice]:
-    return [slice(start, start + CHUNK_SHOTS) for start in range(0, shots, CHUNK_SHOTS)]
-
-
-def _triangular(rows: Floats) -> Floats:
-    """Square triangular factor of tall rows: a QR of QRs, leaf by leaf, so that it stays in the processor's cache."""
-    columns = rows.shape[1]
-    while len(rows) > LEAF_ROWS:
-        leaves = -(-len(rows) // LEAF_ROWS)
-        padded = np.zeros((leaves * LEAF_ROWS, columns))
-        padded[: len(rows)] = rows
-        rows = _qr_factor(padded.reshape(leaves, LEAF_ROWS, columns)).reshape(-1, columns)
-    R = _qr_factor(rows)
-    return np.concatenate([R, np.zeros((columns - len(R), columns))]) if len(R) < columns else R
-
-
-def _qr_factor(rows: Floats) -> Floats:
-    return np.asarray(np.linalg.qr(rows, mode="r"), dtype=np.float64)
+def _merged(one: _Piece, other: _Piece) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Factors and means of two pieces of one placement together."""
+    (n, factors, means), (m, other_factors, other_means) = one, other
+    # A factor carries √n of its own piece; together they carry √(n + m).
+    mine, theirs, between = np.sqrt([(n + m) / n, (n + m) / m, n * m])
+    both = [
+        triangular(np.concatenate([mine * f, theirs * g, between * (b - a)]))
+        for f, g, a, b in zip(factors, other_factors, means, other_means, strict=True)
+    ]
+    middle = [(n * a + m * b) / (n + m) for a, b in zip(means, other_means, strict=True)]
+    return (both[0], both[1]), (middle[0], middle[1])
 
 
 def _homogeneous(rotations: Floats) -> Floats:

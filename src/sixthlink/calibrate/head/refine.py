@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from sixthlink.calibrate.head.factor import Objective, best_translation
-from sixthlink.geometry import Floats, exp_rotation, hat
+from sixthlink.geometry import Floats, hat
 
 __all__ = ["polished", "polished_rotation", "rotation_jacobian"]
 
@@ -35,8 +35,8 @@ def polished_rotation(U2: Floats, rotation: Floats) -> Floats:
         J = rotation_jacobian(U2, R)
         H, g = J.T @ J, J.T @ residual
         size = float(H[0, 0] + H[1, 1] + H[2, 2])
-        step = np.linalg.solve(H + (damping * size + 1e-300) * np.eye(3), -g)
-        tried = exp_rotation(np.asarray(step)) @ R
+        step = np.asarray(np.linalg.solve(H + (damping * size + 1e-300) * np.eye(3), -g), dtype=np.float64)
+        tried = _turn(step) @ R
         tried_residual = _residual(U2, tried)
         tried_value = float(tried_residual @ tried_residual)
         if tried_value <= value:
@@ -53,6 +53,13 @@ def polished_rotation(U2: Floats, rotation: Floats) -> Floats:
 def rotation_jacobian(U2: Floats, R: Floats) -> Floats:
     """Derivative ``(10, 3)`` of U₂ (vec R, 1) by a small turn of R about the outer axes."""
     return U2[:, :9] @ (_GENERATORS @ R).reshape(3, 9).T
+
+
+def _turn(step_rad: Floats) -> Floats:
+    """Cayley's rotation of a step: the exponential to second order, exactly a rotation, and a few products."""
+    half = 0.5 * step_rad
+    S = (half @ _GENERATORS.reshape(3, 9)).reshape(3, 3)
+    return np.eye(3) + 2.0 / (1.0 + half @ half) * (S + S @ S)
 
 
 def _residual(U2: Floats, R: Floats) -> Floats:
