@@ -130,11 +130,13 @@ def loop_rows(rotations: Floats, target_rotations: Floats) -> Floats:
 
 
 def flange_rotations(loops: Loops, rotation_head: Floats) -> tuple[Floats, Floats]:
-    """Rotations of the flange that turn the sight and the mount, each ``(N, 3, 3)``, between robot and head."""
-    by_head = rotations_by_head(loops.rotations, loops.target_rotations, loops.placements, rotation_head)
-    shares = (loops.shares.sight, loops.shares.mount)
-    sight, mount = (nearest_rotation((1.0 - w) * loops.rotations + w * by_head) for w in shares)
-    return sight, mount
+    """Flange's rotations that turn the sight and the mount, each ``(N, 3, 3)``, between robot and head.
+
+    They are rotations up to second order in what robot and head disagree about.
+    """
+    apart = rotations_by_head(loops.rotations, loops.target_rotations, loops.placements, rotation_head)
+    apart -= loops.rotations
+    return loops.rotations + loops.shares.sight * apart, loops.rotations + loops.shares.mount * apart
 
 
 def head_with_rotation(loops: Loops, rotation_head: Floats) -> Floats:

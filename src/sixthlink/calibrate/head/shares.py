@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sixthlink.calibrate.head.placement_sums import centred, means
+from sixthlink.calibrate.head.placement_sums import centred, means, triangular
 from sixthlink.geometry import Floats, Ints, nearest_rotation
 
 __all__ = ["HeadShares", "head_shares", "rotations_by_head"]
@@ -73,24 +73,37 @@ def head_shares(
     if np.sum(apart**2) < 2.0 * len(placements) * ROUNDING_RAD**2:
         return HeadShares(*EXPECTED[[0, 0]])
     spare = max(3 * (len(placements) - int(placements.max()) - 1) - 5, 1)
-    leans, t = EXPECTED, _translation(rotations + 0.5 * apart, positions_m, sights_m, placements)
-    for step in range(STEPS + 1):
-        sight, mount = leans[0], leans.sum()
-        right = -centred(_turned(rotations + sight * apart, sights_m) + positions_m, placements).reshape(-1)
-        columns = [
-            rotations + mount * apart,
-            _turned(apart, sights_m + t)[..., None],
-            (apart @ t)[..., None],
-        ]
-        J = centred(np.concatenate(columns, axis=2), placements).reshape(-1, 5)
-        if step == 0:
+    seen = [rotations, apart, rotations @ sights_m[..., None], apart @ sights_m[..., None], positions_m[..., None]]
+    # Every least squares below combines the same nine columns: one triangular factor serves them all.
+    U = triangular(centred(np.concatenate(seen, axis=2), placements).reshape(-1, 9))
+    leans, t = EXPECTED, _translation(U)
+    scatter_m: float | None = None
+    for _ in range(STEPS + 1):
+        J, right = _linearised(U, leans, t)
+        if scatter_m is None:
             # The first solution without expectations says how much scatter there is beside the shares.
-            scatter_m = np.linalg.norm(right - J @ np.linalg.lstsq(J, right)[0]) / np.sqrt(spare)
+            free = np.asarray(np.linalg.lstsq(J, right)[0], dtype=np.float64)
+            scatter_m = _scatter(J, right, free, spare)
         found = _drawn(J, right, scatter_m / SPREADS, EXPECTED - leans)
-        scatter_m = np.linalg.norm(right - J @ found) / np.sqrt(spare)
+        scatter_m = _scatter(J, right, found, spare)
         t, leans = found[:3], leans + found[3:]
     sight, mount = np.clip([leans[0], leans.sum()], 0.0, 1.0)
     return HeadShares(float(sight), float(mount))
+
+
+def _translation(U: Floats) -> Floats:
+    """Translation ``(3,)`` at equal shares."""
+    half = EXPECTED[0]
+    found: Floats = np.linalg.lstsq(U[:, :3] + half * U[:, 3:6], -(U[:, 6] + half * U[:, 7] + U[:, 8]))[0]
+    return found
+
+
+def _linearised(U: Floats, leans: Floats, t: Floats) -> tuple[Floats, Floats]:
+    """Columns on (t, change of the sight's share, change of the mount's lead) and the right-hand side."""
+    sight, mount = leans[0], leans.sum()
+    R, apart, turned, apart_turned, positions = U[:, :3], U[:, 3:6], U[:, 6], U[:, 7], U[:, 8]
+    J = np.column_stack([R + mount * apart, apart_turned + apart @ t, apart @ t])
+    return J, -(turned + sight * apart_turned + positions)
 
 
 def _drawn(J: Floats, right: Floats, weights: Floats, wanted: Floats) -> Floats:
@@ -101,12 +114,6 @@ def _drawn(J: Floats, right: Floats, weights: Floats, wanted: Floats) -> Floats:
     return found
 
 
-def _translation(M: Floats, positions_m: Floats, sights_m: Floats, placements: Ints) -> Floats:
-    right = -centred(_turned(M, sights_m) + positions_m, placements).reshape(-1)
-    t: Floats = np.linalg.lstsq(centred(M, placements).reshape(-1, 3), right)[0]
-    return t
-
-
-def _turned(rotations: Floats, vectors: Floats) -> Floats:
-    turned: Floats = (rotations @ vectors[..., None])[..., 0]
-    return turned
+def _scatter(J: Floats, right: Floats, found: Floats, spare: int) -> float:
+    """Standard deviation of what is left [m]."""
+    return float(np.linalg.norm(right - J @ found) / np.sqrt(spare))
