@@ -204,7 +204,7 @@ def print_time() -> None:
         for shots in (20, 100, 400):
             rng = np.random.default_rng(1)
             B = tilted(rng, shots)
-            A = inverse(B)
+            A = apply_motion(inverse(B), 1e-3 * rng.normal(size=(shots, 6)))
             best = [_seconds(solve, method, A, B) for solve in (ours, opencv)]
             cells.append(" / ".join(f"{1e3 * b:.1f}" for b in best))
         print(f"| {method} | " + " | ".join(cells) + " |")
