@@ -6,7 +6,7 @@ OpenCV 5.0 lost the hand-eye functions in Python, so this runs in an environment
     uv pip install --python .venv-cv4/bin/python numpy scipy opencv-python-headless==4.14.0.94
     PYTHONPATH=src .venv-cv4/bin/python benchmarks/closed_forms_against_opencv.py
 
-Four tables: agreement on exact shots, mean errors on noisy random sets (OpenCV once in metres and once in
+Tables: agreement on exact shots, mean errors on noisy random sets (OpenCV once in metres and once in
 millimetres, since three of its methods depend on the unit), scatter on public recordings, and time against
 the number of shots. Figures of the last run stand in ``closed_forms_against_opencv.md``.
 """
@@ -108,6 +108,30 @@ def scene(seed: int, poses: Poses, noise: str) -> Scene:
     return X, A, B
 
 
+def rigid_scene(seed: int, noisy: str, side: str) -> Scene:
+    """Head and poses of 5, 10, 20 or 50 shots whose noise moves rigid bodies.
+
+    Args:
+        seed: Seed of the set.
+        noisy: ``robot``, ``head`` or ``both``, at one level.
+        side: ``near``, T · noise: each errs about the origin of what it measures (flange, target); ``far``, noise · T:
+            about its own (base, head).
+    """
+    rng = np.random.default_rng(100_000 + seed)
+    X = transform(exp_rotation(1.5 * rng.normal(size=3)), rng.uniform(-0.2, 0.2, 3))
+    T_base_target = transform(exp_rotation(rng.normal(size=3)), rng.uniform(-1, 1, 3))
+    B = tilted(rng, (5, 10, 20, 50)[seed % 4])
+    A = T_base_target @ inverse(B) @ inverse(X)
+    shift, turn = np.exp(rng.uniform(np.log([2e-5, 0.01]), np.log([1e-3, 0.5])))
+    levels = np.repeat([shift, np.deg2rad(turn)], 3)
+    robot, head = (apply_motion(np.eye(4)[None], rng.normal(size=(len(A), 6)) * levels) for _ in range(2))
+    if noisy in {"robot", "both"}:
+        A = A @ robot if side == "near" else robot @ A
+    if noisy in {"head", "both"}:
+        B = B @ head if side == "near" else head @ B
+    return X, A, B
+
+
 def errors(found: Floats, X: Floats) -> tuple[float, float]:
     """Rotation [rad] and translation [m] error; no finite answer counts as half a turn and 1 m."""
     if not np.isfinite(found).all():
@@ -156,6 +180,23 @@ def print_accuracy(title: str, poses: Poses, noise: str, sets: int) -> None:
         print(f"| {method} | " + " | ".join(cells) + f" | {lost[0]} / {lost[1]} | {ratio:.2f} |")
 
 
+def print_sides(sets: int) -> None:
+    print(f"\nNoise as motions of rigid bodies, {sets} sets of each kind: ratios of mean errors, OpenCV in m / mm\n")
+    print("| noise | " + " | ".join(CLOSED_FORMS) + " |\n|---|" + "---|" * len(CLOSED_FORMS))
+    for side in ("near", "far"):
+        for noisy in ("robot", "head", "both"):
+            found = np.zeros((sets, len(CLOSED_FORMS), 3, 2))
+            for seed in range(sets):
+                X, A, B = rigid_scene(seed, noisy, side)
+                for k, method in enumerate(CLOSED_FORMS):
+                    answers = ours(method, A, B), opencv(method, A, B), opencv(method, A, B, 1000.0)
+                    found[seed, k] = [errors(answer, X) for answer in answers]
+            mean = found.mean(axis=0)
+            ratio = mean[:, :1] / mean[:, 1:]
+            cells = [f"{r[0, 0]:.3f} / {r[1, 0]:.3f}, {r[0, 1]:.3f} / {r[1, 1]:.3f}" for r in ratio]
+            print(f"| {noisy}, {side} | " + " | ".join(cells) + " |")
+
+
 def print_time() -> None:
     print("\nMilliseconds for N shots, ours / OpenCV\n\n| method | 20 | 100 | 400 |\n|---|---|---|---|")
     for method in CLOSED_FORMS:
@@ -163,7 +204,7 @@ def print_time() -> None:
         for shots in (20, 100, 400):
             rng = np.random.default_rng(1)
             B = tilted(rng, shots)
-            A = inverse(B)
+            A = apply_motion(inverse(B), 1e-3 * rng.normal(size=(shots, 6)))
             best = [_seconds(solve, method, A, B) for solve in (ours, opencv)]
             cells.append(" / ".join(f"{1e3 * b:.1f}" for b in best))
         print(f"| {method} | " + " | ".join(cells) + " |")
@@ -259,6 +300,7 @@ def main() -> None:
     print_accuracy("Looking at the target, each with its own noise", tilted, "own", options.sets)
     print_accuracy("Looking at the target, only the head noisy", tilted, "head", options.sets)
     print_accuracy("Looking at the target, only the robot noisy", tilted, "robot", options.sets)
+    print_sides(options.sets // 2)
     print_time()
     if options.data.is_dir():
         print_recordings(options.data)

@@ -10,10 +10,11 @@ methods differ in what they make linear. Ours differ from the usual programs in 
   need no threshold: each equation here shrinks with its motion, so that an uninformative pair has no weight.
 - Where turns and shifts share a system, lengths are divided by one taken from the data, so that millimetres
   and metres give the same head.
-- The translation is found with rotations halfway between what the robot and what the head says.
+- Rotations that turn lengths stand between what the robot and what the head says, as far towards either as the
+  shots show it to be the better witness.
 
 With that, Tsai, Park, Horaud and Shah minimise nearly the same sum and agree to second order in the noise;
-Andreff, Daniilidis and Li also use the shifts for the rotation.
+Andreff and Li, which become one and the same, and Daniilidis also use the shifts for the rotation.
 
 Every method takes ``Ts_base_flange`` ``(N, 4, 4)`` [m], ``Ts_head_target`` ``(N, 4, 4)`` [m] and
 ``placements`` ``(N,)`` (equal integers share a target placement) and returns X ``(4, 4)`` [m]. It raises
@@ -31,13 +32,11 @@ import numpy as np
 from sixthlink.calibrate.head.loops import (
     Loops,
     balanced_length,
-    centred,
+    flange_rotations,
     head_loops,
     head_with_rotation,
-    loop_rows,
-    midpoints,
-    triangular,
 )
+from sixthlink.calibrate.head.placement_sums import centred, triangular, without_nuisance
 from sixthlink.calibrate.head.quaternions import (
     conjugate,
     left_products,
@@ -45,7 +44,7 @@ from sixthlink.calibrate.head.quaternions import (
     right_products,
     rotation_from_quaternion,
 )
-from sixthlink.calibrate.head.robot_world import li, shah
+from sixthlink.calibrate.head.robot_world import joint_rotation, li, shah
 from sixthlink.geometry import Floats, Ints, hat, nearest_rotation
 
 __all__ = ["CLOSED_FORMS", "andreff", "daniilidis", "horaud", "park", "tsai"]
@@ -110,28 +109,14 @@ def andreff(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints) ->
 
     The nine entries of R_X and the translation solve one linear system, rotations by Kronecker products, so
     that shifts help to find the rotation; it needs no angle, axis or sign. Turns and shifts weigh by the
-    balanced length, the rotation is put on the group and the translation found again for it.
+    balanced length, the rotation is put on the group and the translation found again for it. Summed over all
+    pairs and with the shares of robot and head, that is the system of Li.
 
     Source: N. Andreff, R. Horaud, B. Espiau, "On-line hand-eye calibration", 3-D Digital Imaging and Modeling
     (1999) 430-436.
     """
     loops = head_loops(Ts_base_flange, Ts_head_target, placements)
-    N = len(loops.placements)
-    length_m = balanced_length(loops, head_with_rotation(loops, loops.rotation_head))
-    M = midpoints(loops, loops.rotation_head)
-    shifts = np.concatenate(
-        [
-            M,
-            loops.positions_m[..., None] / length_m,
-            (M[..., None] * loops.target_positions_m[:, None, None, :]).reshape(N, 3, 9) / length_m,
-        ],
-        axis=2,
-    )
-    turns = np.concatenate([np.zeros((N, 9, 4)), loop_rows(loops.rotations, loops.target_rotations)], axis=2)
-    rows = centred(np.concatenate([shifts, turns], axis=1), loops.placements).reshape(-1, 13)
-    # Translation and scale come first, so that the last block is what is left for the rotation.
-    R = _smallest(triangular(rows)[4:, 4:])[-1].reshape(3, 3)
-    return head_with_rotation(loops, nearest_rotation(np.sign(np.linalg.det(R)) * R))
+    return head_with_rotation(loops, joint_rotation(loops))
 
 
 def daniilidis(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints) -> Floats:
@@ -149,20 +134,24 @@ def daniilidis(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints)
     first = head_with_rotation(loops, loops.rotation_head)
     length_m = balanced_length(loops, first)
     g, c = _aligned_quaternions(loops)
-    turned = midpoints(loops, loops.rotation_head)
-    arms = (turned @ (loops.target_positions_m @ first[:3, :3].T + first[:3, 3])[..., None])[..., 0]
+    turned, mounted = flange_rotations(loops, loops.rotation_head)
+    sights = loops.target_positions_m @ first[:3, :3].T
+    arms = (turned @ sights[..., None])[..., 0] + mounted @ first[:3, 3]
     # With the target as origin, the flange is minus its arm to the target, up to the residual of its shot.
     positions = centred(loops.positions_m + arms, loops.placements) - arms
     m = quaternions_from_rotations(turned)
     m *= np.copysign(1.0, np.sum(m * g, axis=1, keepdims=True))
-    after = right_products(c)
-    turn = left_products(m) @ after
-    rows = np.zeros((len(g), 8, 8))
-    rows[:, :4, :4] = left_products(g) @ after
-    rows[:, 4:, :4] = left_products(_pure(positions)) @ turn + turn @ right_products(_pure(loops.target_positions_m))
-    rows[:, 4:, :4] /= 2.0 * length_m
-    rows[:, 4:, 4:] = turn
-    null = _smallest(centred(rows, loops.placements).reshape(-1, 8))[-2:]
+    after, by_robot, by_head = right_products(c), left_products(g), right_products(conjugate(c))
+    # The product m x is (1 - w) g x + w z conj(c): linear in x and in the placement's z, which is eliminated.
+    shift = left_products(_pure(positions)) @ after + after @ right_products(_pure(loops.target_positions_m))
+    rows, share = np.zeros((len(g), 8, 12)), loops.shares.sight
+    rows[:, :4, :4] = -np.eye(4)
+    rows[:, :4, 4:8] = by_robot @ after
+    rows[:, 4:, :4] = share * shift @ by_head / (2.0 * length_m)
+    rows[:, 4:, 4:8] = (1.0 - share) * shift @ by_robot / (2.0 * length_m)
+    rows[:, 4:, 8:] = left_products(m) @ after
+    rows[:, 4:] = centred(rows[:, 4:], loops.placements)
+    null = _smallest(without_nuisance(rows, loops.placements, 4))[-2:]
     # The real parts of both are parallel up to noise; the translation is found again for their direction.
     return head_with_rotation(loops, rotation_from_quaternion(np.linalg.svd(null[:, :4])[2][0]))
 

@@ -14,17 +14,18 @@ import numpy as np
 
 from sixthlink.calibrate.head.certificate import Certificate, certificate_of, solve_certified
 from sixthlink.calibrate.head.closed_form import CLOSED_FORMS
-from sixthlink.calibrate.head.factor import PAPER_ROTATION_LENGTH_M, objective
+from sixthlink.calibrate.head.factor import Objective, objective
 from sixthlink.calibrate.head.problem import HeadProblem, placement_poses, scatter
 from sixthlink.calibrate.head.search import search_box, search_head
+from sixthlink.calibrate.head.weights import likeliest_objective
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse, mean_transform, rotation_angle
 from sixthlink.progress import Progress, Silent
 from sixthlink.solvers import SwarmBudget
 
-__all__ = ["BALANCED", "SolverScore", "balanced_rotation_length", "compare_solvers", "solvers"]
+__all__ = ["LIKELIEST", "Solver", "SolverScore", "compare_solvers", "heldout_errors", "solvers"]
 
-BALANCED = "certified"
+LIKELIEST = "certified"
 """Name of the proven solution with ℓ taken from the recording's own scatter."""
 
 FOLDS = 10
@@ -33,7 +34,20 @@ FOLDS = 10
 REPETITIONS = 3
 """Runs of which the quickest counts as a solver's time."""
 
-Solver = Callable[[HeadProblem], Floats]
+Weigh = Callable[[HeadProblem], Objective]
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A way from shots to a head, and the sum that its answer is judged by.
+
+    Attributes:
+        solve: Head ``(4, 4)`` of a problem.
+        weigh: Eq. (11) with the ℓ that the solver minimises, or with metres where it minimises something else.
+    """
+
+    solve: Callable[[HeadProblem], Floats]
+    weigh: Weigh
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +64,8 @@ class SolverScore:
         placement_translation_m: RMS scatter within placements that the solver did not see [m], or None with one.
         placement_rotation_rad: The same for rotation [rad], or None.
         time_s: Time of one solve of the whole recording [s].
-        certificate: Judgement of the answer as a minimum of eq. (11) with lengths in metres.
+        certificate: Judgement of the answer as a minimum of eq. (11) with the solver's own ℓ.
+        rotation_length_m: That ℓ; 1 m for solvers that minimise another sum [m].
         failure: Why there is no answer; everything else is then zero.
     """
 
@@ -64,11 +79,15 @@ class SolverScore:
     placement_rotation_rad: float | None = None
     time_s: float = 0.0
     certificate: Certificate | None = None
+    rotation_length_m: float = 1.0
     failure: str = ""
 
 
 def solvers(seed: int) -> dict[str, Solver]:
     """Every solver by name: the proven solutions, the swarms with polish, and the closed forms of the field."""
+
+    def proven(weigh: Weigh) -> Solver:
+        return Solver(lambda problem: solve_certified(weigh(problem))[0], weigh)
 
     def swarm(variant: str, budget: SwarmBudget) -> Solver:
         def solve(problem: HeadProblem) -> Floats:
@@ -81,30 +100,21 @@ def solvers(seed: int) -> dict[str, Solver]:
                 variant=variant,
             )[0]
 
-        return solve
+        return Solver(solve, in_metres)
 
     def closed(form: Callable[[Floats, Floats, Ints], Floats]) -> Solver:
-        return lambda problem: form(problem.Ts_outer, problem.Ts_inner, problem.placements)
+        return Solver(lambda problem: form(problem.Ts_outer, problem.Ts_inner, problem.placements), in_metres)
+
+    def in_metres(problem: HeadProblem) -> Objective:
+        return objective(problem, 1.0)
 
     return {
-        BALANCED: lambda problem: solve_certified(objective(problem, balanced_rotation_length(problem)))[0],
-        "certified-metres": lambda problem: solve_certified(objective(problem, 1.0))[0],
-        "certified-millimetres": lambda problem: solve_certified(objective(problem, PAPER_ROTATION_LENGTH_M))[0],
+        LIKELIEST: proven(likeliest_objective),
+        "certified-metres": proven(in_metres),
+        "certified-millimetres": proven(objective),
         "qpso-paper": swarm("paper", SwarmBudget(4, 40, 300)),
         "qpso-robust": swarm("robust", SwarmBudget(4, 12, 40)),
     } | {name: closed(form) for name, form in CLOSED_FORMS.items()}
-
-
-def balanced_rotation_length(problem: HeadProblem) -> float:
-    """ℓ [m] at which both halves of eq. (11) weigh by their own scatter: RMS distance over RMS angle."""
-    length_m = 1.0
-    for _ in range(3):
-        X, _ = solve_certified(objective(problem, length_m))
-        found = scatter(problem, X)
-        if found.rms_rotation_rad < 1e-12:
-            break
-        length_m = float(np.clip(found.rms_translation_m / found.rms_rotation_rad, 1e-3, 1e3))
-    return length_m
 
 
 def compare_solvers(problem: HeadProblem, *, seed: int, progress: Progress) -> tuple[SolverScore, ...]:
@@ -117,27 +127,40 @@ def compare_solvers(problem: HeadProblem, *, seed: int, progress: Progress) -> t
     """
     candidates = solvers(seed)
     scores = []
-    for k, (name, solve) in enumerate(candidates.items()):
+    for k, (name, solver) in enumerate(candidates.items()):
         progress.step("compare solvers", k, len(candidates))
         try:
-            scores.append(_score(name, solve, problem, seed))
+            scores.append(_score(name, solver, problem, seed))
         except (CalibrationError, np.linalg.LinAlgError) as refusal:
             scores.append(SolverScore(name, failure=str(refusal)))
     progress.step("compare solvers", len(candidates), len(candidates))
     return tuple(scores)
 
 
-def _score(name: str, solve: Solver, problem: HeadProblem, seed: int) -> SolverScore:
-    times = []
-    for _ in range(REPETITIONS):
-        start = time.perf_counter()
-        X = solve(problem)
-        times.append(time.perf_counter() - start)
+def heldout_errors(problem: HeadProblem, solver: Solver, seed: int) -> tuple[Floats, Floats]:
+    """Distance ``(N,)`` [m] and angle ``(N,)`` [rad] of each shot's target to its prediction without that shot.
+
+    Args:
+        problem: The recording's shots.
+        solver: Judged on ten folds.
+        seed: Seed of the dealing of the shots into folds.
+    """
     translations, rotations = np.zeros(len(problem.placements)), np.zeros(len(problem.placements))
     for train, judged in _shot_folds(problem, seed):
         part = _part(problem, train)
-        translations[judged], rotations[judged] = _prediction_errors(problem, part, judged, solve(part))
-    by_placement = _placement_scatter(problem, solve)
+        translations[judged], rotations[judged] = _prediction_errors(problem, part, judged, solver.solve(part))
+    return translations, rotations
+
+
+def _score(name: str, solver: Solver, problem: HeadProblem, seed: int) -> SolverScore:
+    times = []
+    for _ in range(REPETITIONS):
+        start = time.perf_counter()
+        X = solver.solve(problem)
+        times.append(time.perf_counter() - start)
+    translations, rotations = heldout_errors(problem, solver, seed)
+    by_placement = _placement_scatter(problem, solver)
+    weighed = solver.weigh(problem)
     found = scatter(problem, X)
     return SolverScore(
         name=name,
@@ -149,7 +172,8 @@ def _score(name: str, solve: Solver, problem: HeadProblem, seed: int) -> SolverS
         placement_translation_m=by_placement[0] if by_placement else None,
         placement_rotation_rad=by_placement[1] if by_placement else None,
         time_s=min(times),
-        certificate=certificate_of(objective(problem, 1.0), X[:3, :3]),
+        certificate=certificate_of(weighed, X[:3, :3]),
+        rotation_length_m=weighed.rotation_length_m,
     )
 
 
@@ -177,7 +201,7 @@ def _prediction_errors(problem: HeadProblem, train: HeadProblem, judged: Ints, X
     return np.linalg.norm(deviations[:, :3, 3], axis=1), rotation_angle(deviations[:, :3, :3])
 
 
-def _placement_scatter(problem: HeadProblem, solve: Solver) -> tuple[float, float] | None:
+def _placement_scatter(problem: HeadProblem, solver: Solver) -> tuple[float, float] | None:
     """RMS scatter [m, rad] inside each placement under a head from the other placements; None with one placement."""
     names = np.unique(problem.placements)
     if len(names) < 2:
@@ -185,7 +209,7 @@ def _placement_scatter(problem: HeadProblem, solve: Solver) -> tuple[float, floa
     translations, rotations = [], []
     for p in names:
         judged = np.flatnonzero(problem.placements == p)
-        X = solve(_part(problem, np.flatnonzero(problem.placements != p)))
+        X = solver.solve(_part(problem, np.flatnonzero(problem.placements != p)))
         Ts_target = problem.Ts_outer[judged] @ X @ problem.Ts_inner[judged]
         deviations = inverse(mean_transform(Ts_target)) @ Ts_target
         translations.append(np.linalg.norm(deviations[:, :3, 3], axis=1))

@@ -12,10 +12,8 @@ sees it, and R_Z the same for all shots of a placement. Four things follow befor
   answer then decides between q and -q, once per shot, also where a motion is exactly half a turn.
 - *The verdict on the motion.* The second smallest singular value of that system is the swing: how far the
   least visible direction of the head turns from shot to shot. Without swing there is no head.
-- *Midpoint rotations.* The robot says that shot i has the rotation R_i, the head says R_Z (R_X C_i)ᵀ. Both
-  are noisy, and their lever arm, the distance to the target, turns noise into millimetres. Halfway between
-  them the variance is half as large if both are equally noisy. Where all noise is the robot's, the head's
-  rotation alone would be better, and where all is the head's, the robot's: a closed form cannot know.
+- *Rotations between two witnesses.* Robot and head both say how the flange is turned. Whom to trust, the shots
+  themselves tell (:mod:`~.shares`); the translation is found with rotations in between.
 """
 
 from __future__ import annotations
@@ -24,6 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sixthlink.calibrate.head.placement_sums import centred
+from sixthlink.calibrate.head.shares import HeadShares, head_shares, rotations_by_head
 from sixthlink.errors import DegenerateMotionError, TooFewShotsError
 from sixthlink.geometry import (
     Floats,
@@ -37,12 +37,10 @@ from sixthlink.geometry import (
 __all__ = [
     "Loops",
     "balanced_length",
-    "centred",
+    "flange_rotations",
     "head_loops",
     "head_with_rotation",
     "loop_rows",
-    "midpoints",
-    "triangular",
 ]
 
 MINIMUM_SWING_RAD = np.deg2rad(0.5)
@@ -70,6 +68,7 @@ class Loops:
         placements: ``(N,)`` placement of each shot, numbered 0 to P - 1 without gaps.
         rotation_head: ``(3, 3)`` first R_X, from the nine-entry linear system.
         length_m: Median distance from head to target: the length that balances turns and shifts [m].
+        shares: How far the rotations lean from the robot's word towards the head's.
     """
 
     rotations: Floats
@@ -79,6 +78,7 @@ class Loops:
     placements: Ints
     rotation_head: Floats
     length_m: float
+    shares: HeadShares
 
 
 def head_loops(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints) -> Loops:
@@ -105,19 +105,21 @@ def head_loops(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints)
             needed=len(names) + 2,
             usable=N,
         )
-    R, C = Ts_outer[:, :3, :3], Ts_inner[:, :3, :3]
+    R, C, p, c = Ts_outer[:, :3, :3], Ts_inner[:, :3, :3], Ts_outer[:, :3, 3], Ts_inner[:, :3, 3]
     rotation, swing_rad, mismatch_rad = _first_rotation(R, C, members)
     _check_motion(R, members, swing_rad, mismatch_rad)
-    length_m = float(np.median(np.linalg.norm(Ts_inner[:, :3, 3], axis=1)))
+    length_m = float(np.median(np.linalg.norm(c, axis=1)))
+    by_head = rotations_by_head(R, C, members, rotation)
     return Loops(
         R,
-        Ts_outer[:, :3, 3],
+        p,
         C,
-        Ts_inner[:, :3, 3],
+        c,
         frozen_ints(members, (N,), "placements"),
         frozen_floats(rotation, (3, 3), "rotation_head"),
         # A target frame that sits in the head itself leaves no distance; then any length will do.
         length_m or 1.0,
+        head_shares(R, by_head, p, c @ rotation.T, members),
     )
 
 
@@ -127,56 +129,41 @@ def loop_rows(rotations: Floats, target_rotations: Floats) -> Floats:
     return rows
 
 
-def triangular(rows: Floats) -> Floats:
-    """Triangular factor of tall rows: the same least squares in as many rows as columns."""
-    factor: Floats = np.asarray(np.linalg.qr(rows, mode="r"))
-    return factor
+def flange_rotations(loops: Loops, rotation_head: Floats) -> tuple[Floats, Floats]:
+    """Flange's rotations that turn the sight and the mount, each ``(N, 3, 3)``, between robot and head.
 
-
-def centred(values: Floats, placements: Ints) -> Floats:
-    """Values ``(N, ...)`` minus their mean over the shots of the same placement."""
-    return values - _means(values, placements)[placements]
-
-
-def midpoints(loops: Loops, rotation_head: Floats) -> Floats:
-    """Rotations ``(N, 3, 3)`` of the flange, halfway between what robot and head say of each shot."""
-    heads = rotation_head @ loops.target_rotations
-    targets = nearest_rotation(_means(loops.rotations @ heads, loops.placements))[loops.placements]
-    return nearest_rotation(loops.rotations + targets @ np.swapaxes(heads, 1, 2))
+    They are rotations up to second order in what robot and head disagree about.
+    """
+    apart = rotations_by_head(loops.rotations, loops.target_rotations, loops.placements, rotation_head)
+    apart -= loops.rotations
+    return loops.rotations + loops.shares.sight * apart, loops.rotations + loops.shares.mount * apart
 
 
 def head_with_rotation(loops: Loops, rotation_head: Floats) -> Floats:
     """Head ``(4, 4)`` of a rotation ``(3, 3)``: its translation by least squares on the centred loops.
 
-    The target's position M_i (R_X c_i + t) + p_i, with the midpoint rotation M_i, is the same within a
-    placement.
+    The target's position M_i R_X c_i + M'_i t + p_i, with the flange's rotations M_i for the sight and M'_i for the
+    mount, is the same within a placement.
     """
-    M = midpoints(loops, rotation_head)
-    known = (M @ (rotation_head @ loops.target_positions_m[..., None]))[..., 0] + loops.positions_m
-    rows, right = centred(M, loops.placements), centred(known, loops.placements)
+    M_sight, M_mount = flange_rotations(loops, rotation_head)
+    known = (M_sight @ (rotation_head @ loops.target_positions_m[..., None]))[..., 0] + loops.positions_m
+    rows, right = centred(M_mount, loops.placements), centred(known, loops.placements)
     return transform(rotation_head, np.linalg.lstsq(rows.reshape(-1, 3), -right.reshape(-1))[0])
 
 
 def balanced_length(loops: Loops, X: Floats) -> float:
     """Length [m] at which turns and shifts weigh by their own noise: the ratio of their residuals."""
     targets = loops.rotations @ X[:3, :3] @ loops.target_rotations
-    M = midpoints(loops, X[:3, :3])
-    arms = loops.target_positions_m @ X[:3, :3].T + X[:3, 3]
-    shifts = centred((M @ arms[..., None])[..., 0] + loops.positions_m, loops.placements)
+    M_sight, M_mount = flange_rotations(loops, X[:3, :3])
+    sights = loops.target_positions_m @ X[:3, :3].T
+    ends = (M_sight @ sights[..., None])[..., 0] + M_mount @ X[:3, 3] + loops.positions_m
+    shifts = centred(ends, loops.placements)
     turns = centred(targets, loops.placements)
     # A small turn δ changes the nine entries of a rotation by √2 |δ|.
     turn, shift = np.linalg.norm(turns) / np.sqrt(2.0), np.linalg.norm(shifts)
     floor = np.finfo(np.float64).tiny
     ratio = float(shift / max(turn, floor) / loops.length_m)
     return loops.length_m * float(np.clip(ratio, 1.0 / LENGTH_RANGE, LENGTH_RANGE))
-
-
-def _means(values: Floats, placements: Ints) -> Floats:
-    """Mean ``(P, ...)`` of values ``(N, ...)`` over each placement."""
-    counts = np.bincount(placements)
-    sums = np.zeros((len(counts), *values.shape[1:]))
-    np.add.at(sums, placements, values)
-    return sums / counts.reshape(-1, *[1] * (values.ndim - 1))
 
 
 def _first_rotation(R: Floats, C: Floats, placements: Ints) -> tuple[Floats, float, float]:

@@ -12,15 +12,15 @@ import numpy as np
 from sixthlink.calibrate.head.loops import (
     Loops,
     balanced_length,
+    flange_rotations,
     head_loops,
     head_with_rotation,
     loop_rows,
-    midpoints,
-    triangular,
 )
+from sixthlink.calibrate.head.placement_sums import centred, triangular, without_nuisance
 from sixthlink.geometry import Floats, Ints, nearest_rotation
 
-__all__ = ["li", "shah"]
+__all__ = ["joint_rotation", "li", "shah"]
 
 
 def shah(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints) -> Floats:
@@ -49,27 +49,32 @@ def li(Ts_base_flange: Floats, Ts_head_target: Floats, placements: Ints) -> Floa
     form. Arguments and errors: those of :mod:`~.closed_form`.
     """
     loops = head_loops(Ts_base_flange, Ts_head_target, placements)
+    return head_with_rotation(loops, joint_rotation(loops))
+
+
+def joint_rotation(loops: Loops) -> Floats:
+    """Rotation ``(3, 3)`` of the head from turns and shifts in one linear system of X and every Z.
+
+    With the head's share w, the target's position is (1 - w) R_i R_X c_i + w R_Z C_iᵀ c_i + M_i t + p_i: linear in X
+    and Z together. R_Z is eliminated within its placement, then translation and scale over all of them.
+    """
     length_m = balanced_length(loops, head_with_rotation(loops, loops.rotation_head))
-    # R_Z comes first and is eliminated within its placement; then translation and scale, over all of them.
-    rows = [
-        triangular(_rows(loops, np.flatnonzero(loops.placements == p), length_m))[9:, 9:]
-        for p in range(int(loops.placements.max()) + 1)
-    ]
-    U = triangular(np.concatenate(rows))
+    U = triangular(without_nuisance(_rows(loops, length_m), loops.placements, 9))
     M = np.linalg.svd(U[4:, 4:])[2][-1].reshape(3, 3)
-    return head_with_rotation(loops, nearest_rotation(np.sign(np.linalg.det(M)) * M))
+    return nearest_rotation(np.sign(np.linalg.det(M)) * M)
 
 
-def _rows(loops: Loops, shots: Ints, length_m: float) -> Floats:
-    """Rows ``(12 n, 22)`` of one placement on (R_Z, t_X / length, scale, R_X); centring removes its t_Z."""
-    n = len(shots)
-    R, C = loops.rotations[shots], loops.target_rotations[shots]
-    M = midpoints(loops, loops.rotation_head)[shots]
-    heads = np.swapaxes(C, 1, 2) @ loops.target_positions_m[shots, :, None]
-    turns, shifts = np.zeros((n, 9, 22)), np.zeros((n, 3, 22))
+def _rows(loops: Loops, length_m: float) -> Floats:
+    """Rows ``(N, 12, 22)`` on (R_Z, t_X / length, scale, R_X); centring removes each placement's t_Z."""
+    N = len(loops.placements)
+    R, C, c = loops.rotations, loops.target_rotations, loops.target_positions_m
+    share = loops.shares.sight
+    inward = (np.swapaxes(C, 1, 2) @ c[..., None])[..., 0]
+    turns, shifts = np.zeros((N, 9, 22)), np.zeros((N, 3, 22))
     turns[:, :, :9] = -np.eye(9)
     turns[:, :, 13:] = loop_rows(R, C)
-    shifts[:, :, :9] = np.einsum("ij,nk->nijk", np.eye(3), heads[..., 0]).reshape(n, 3, 9)
-    shifts[:, :, 9:12] = M * length_m
-    shifts[:, :, 12] = loops.positions_m[shots]
-    return np.concatenate([turns.reshape(-1, 22), ((shifts - shifts.mean(axis=0)) / length_m).reshape(-1, 22)])
+    shifts[:, :, :9] = share * np.einsum("ij,nk->nijk", np.eye(3), inward).reshape(N, 3, 9)
+    shifts[:, :, 9:12] = flange_rotations(loops, loops.rotation_head)[1] * length_m
+    shifts[:, :, 12] = loops.positions_m
+    shifts[:, :, 13:] = (1.0 - share) * (R[..., None] * c[:, None, None, :]).reshape(N, 3, 9)
+    return np.concatenate([turns, centred(shifts, loops.placements) / length_m], axis=1)
