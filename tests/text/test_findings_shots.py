@@ -49,7 +49,7 @@ MISTAKES = {
     ),
     "unknown kind": (
         [("s4,p2,calibrate", "s4,p2,Calibration")],
-        ["5:3: kind: is 'Calibration', expected one of calibrate, scale, verify; did you mean calibrate?"],
+        ["5:3: kind: is 'Calibration', expected one of calibrate, judge, scale, verify; did you mean calibrate?"],
     ),
     "too few shots": (
         [("s3,p1,calibrate,", "s3,bar,verify,A"), ("s4,p2,calibrate,", "s4,bar,verify,B")],

@@ -98,7 +98,7 @@ def comparison_summary(scores: Sequence[SolverScore]) -> str:
     """One row per solver, and whether the best is better by more than the noise."""
     lines = [
         f"{'solver':<22}{'scatter':>18}{'held-out shots':>18}{'held-out placements':>21}{'time':>11}  proof, eq. (11)",
-        f"{'':<22}" + f"{'mm':>10}{'deg':>8}" * 2 + f"{'mm':>12}{'deg':>9}{'ms':>11}  with lengths in metres",
+        f"{'':<22}" + f"{'mm':>10}{'deg':>8}" * 2 + f"{'mm':>12}{'deg':>9}{'ms':>11}  with its own ℓ",
     ]
     for s in scores:
         if s.failure:
@@ -109,7 +109,7 @@ def comparison_summary(scores: Sequence[SolverScore]) -> str:
             if s.placement_translation_m is not None and s.placement_rotation_rad is not None
             else f"{'-':>12}{'-':>9}"
         )
-        proof = f"gap {s.certificate.relative_gap:.1e}" if s.certificate else ""
+        proof = f"gap {s.certificate.relative_gap:.1e}, ℓ {s.rotation_length_m:.3g} m" if s.certificate else ""
         lines.append(
             f"{s.name:<22}{s.scatter_translation_m / MM:>10.4f}{s.scatter_rotation_rad / DEG:>8.4f}"
             f"{s.heldout_translation_m / MM:>10.4f}{s.heldout_rotation_rad / DEG:>8.4f}"
@@ -120,7 +120,7 @@ def comparison_summary(scores: Sequence[SolverScore]) -> str:
 
 def comparison_as_dict(scores: Sequence[SolverScore]) -> dict[str, Any]:
     """The JSON object of a comparison; metres, radians, seconds."""
-    hidden = {"heldout_translations_m", "certificate"}
+    hidden = {"heldout_translations_m", "heldout_rotations_rad", "certificate"}
     rows = []
     for s in scores:
         row = {k: v for k, v in vars(s).items() if k not in hidden}
@@ -131,22 +131,26 @@ def comparison_as_dict(scores: Sequence[SolverScore]) -> dict[str, Any]:
 
 
 def _verdict(scores: Sequence[SolverScore]) -> str:
-    """The best on held-out shots, beside how much of its lead is noise (paired over shots)."""
-    judged = [(s, s.heldout_translations_m) for s in scores if s.heldout_translations_m is not None]
-    if len(judged) < 2:
+    """The best on held-out shots, in position and in orientation, beside how much of its lead is noise."""
+    positions = {s.name: s.heldout_translations_m / MM for s in scores if s.heldout_translations_m is not None}
+    turns = {s.name: s.heldout_rotations_rad / DEG for s in scores if s.heldout_rotations_rad is not None}
+    if len(positions) < 2:
         return "fewer than two solvers answered: nothing to compare"
-    (best, lowest), *others = sorted(judged, key=lambda pair: pair[0].heldout_translation_m)
+    return f"{_best('position', positions, ' mm')}\n{_best('orientation', turns, '°')}"
+
+
+def _best(what: str, errors: Mapping[str, Floats], unit: str) -> str:
+    """The lowest mean held-out error, and which others it beats by more than twice the noise, paired over shots."""
+    best, *others = sorted(errors, key=lambda name: float(errors[name].mean()))
     clear = []
-    for other, errors in others:
-        difference = errors - lowest
+    for other in others:
+        difference = errors[other] - errors[best]
         noise = float(difference.std(ddof=1)) / len(difference) ** 0.5
         if difference.mean() > 2.0 * noise > 0.0:
-            clear.append(f"{other.name} by {difference.mean() / MM:.4f} ± {noise / MM:.4f} mm")
+            clear.append(f"{other} by {difference.mean():.4f} ± {noise:.4f}{unit}")
     if not clear:
-        return f"no solver is better than {best.name} or worse in held-out position by more than the noise"
-    return f"{best.name} has the lowest held-out position error; beyond twice the noise it is better than " + ", ".join(
-        clear
-    )
+        return f"held-out {what}: lowest for {best}, but no solver is worse by more than the noise"
+    return f"held-out {what}: lowest for {best}; beyond twice the noise it is better than " + ", ".join(clear)
 
 
 _FIELDS = {

@@ -61,6 +61,7 @@ class SolverScore:
         heldout_translation_m: RMS error on shots that the solver did not see [m].
         heldout_rotation_rad: The same for rotation [rad].
         heldout_translations_m: ``(N,)`` error of each shot when it was held out [m].
+        heldout_rotations_rad: ``(N,)`` the same for rotation [rad].
         placement_translation_m: RMS scatter within placements that the solver did not see [m], or None with one.
         placement_rotation_rad: The same for rotation [rad], or None.
         time_s: Time of one solve of the whole recording [s].
@@ -75,6 +76,7 @@ class SolverScore:
     heldout_translation_m: float = 0.0
     heldout_rotation_rad: float = 0.0
     heldout_translations_m: Floats | None = None
+    heldout_rotations_rad: Floats | None = None
     placement_translation_m: float | None = None
     placement_rotation_rad: float | None = None
     time_s: float = 0.0
@@ -169,6 +171,7 @@ def _score(name: str, solver: Solver, problem: HeadProblem, seed: int) -> Solver
         heldout_translation_m=_rms(translations),
         heldout_rotation_rad=_rms(rotations),
         heldout_translations_m=translations,
+        heldout_rotations_rad=rotations,
         placement_translation_m=by_placement[0] if by_placement else None,
         placement_rotation_rad=by_placement[1] if by_placement else None,
         time_s=min(times),

@@ -24,7 +24,7 @@ import numpy as np
 from sixthlink.calibrate.head.certificate import solve_certified
 from sixthlink.calibrate.head.factor import objective
 from sixthlink.calibrate.head.held import Held, held_objective
-from sixthlink.calibrate.head.loops import centred
+from sixthlink.calibrate.head.placement_sums import centred
 from sixthlink.calibrate.head.problem import MINIMUM_MOTIONS, HeadProblem
 from sixthlink.geometry import Floats, Ints, frozen_floats
 
