@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -43,30 +44,60 @@ def floor_rms_mm(folder: Path) -> float:
     return statistics(lengths, recording.standard.length_m).rms_m * 1e3
 
 
-def calibrated_rms_mm(folder: Path, arm: Path | None, out: Path) -> tuple[float, float]:
-    """RMS error after and before, with the recording's nominal arm or another one."""
-    calibrate_folder(folder, out=out, arm=arm, options=SolveOptions(), progress=Silent())
+def ruler_rms_mm(folder: Path, out: Path, *, solve: str, arm: Path | None = None) -> tuple[float, float, float]:
+    """RMS error after and before, and the standard uncertainty that the calibration states (RMS over placements)."""
+    calibrate_folder(folder, out=out, arm=arm, options=SolveOptions(), progress=Silent(), solve=solve)
     check, _ = verify_folder(folder, result=out, arm=None, progress=Silent())
     length_m = check.standard.length_m
-    return statistics(check.after_m, length_m).rms_m * 1e3, statistics(check.before_m, length_m).rms_m * 1e3
+    stated = 0.0 if check.std_m is None else float(np.sqrt(np.mean(check.std_m**2)))
+    after, before = (statistics(lengths, length_m).rms_m for lengths in (check.after_m, check.before_m))
+    return after * 1e3, before * 1e3, stated * 1e3
+
+
+def without_scale(cell: Path, out: Path, views: int = 0) -> Path:
+    """The same recording with so many views per mark of the scale bar, none by default."""
+    shutil.copytree(cell, out)
+    _, *rows = (out / "shots.csv").read_text(encoding="utf-8").splitlines()
+    dropped = {row.split(",")[0] for row in rows if ",scale," in row and int(row.split(",")[0][-1]) > views}
+    for table in filter(Path.is_file, (out / "shots.csv", out / "pixels.csv")):
+        lines = table.read_text(encoding="utf-8").splitlines()
+        kept = [line for line in lines if line.split(",")[0] not in dropped]
+        table.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    return out
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("seeds", nargs="*", type=int, default=[0, 1, 2, 3, 4])
+    parser.add_argument("seeds", nargs="*", type=int, default=list(range(10)))
     parser.add_argument("--images", action="store_true", help="render images instead of noisy pixels of 0.05 px")
     options = parser.parse_args()
     rows = []
-    print("| seed | nominal arm and head | nominal arm, eq. (11) | true arm, eq. (11) | floor |\n|---|---|---|---|---|")
+    titles = (
+        "nominal",
+        "nominal arm, eq. (11)",
+        "joint",
+        "joint + 6 bars, 1 view",
+        "joint + 6 bars, 3 views",
+        "true arm, eq. (11)",
+        "floor",
+        "stated: joint",
+        "stated: 3 views",
+    )
+    print(f"| seed | {' | '.join(titles)} |\n|{'---|' * (len(titles) + 1)}")
     for seed in options.seeds:
         with tempfile.TemporaryDirectory() as folder:
             cell = Path(folder) / "cell"
             simulate_folder(
-                cell, scenario="paper", seed=seed, images=options.images, scale_placements=0, progress=Silent()
+                cell, scenario="paper", seed=seed, images=options.images, scale_placements=6, progress=Silent()
             )
-            nominal, before = calibrated_rms_mm(cell, None, Path(folder) / "nominal")
-            true, _ = calibrated_rms_mm(cell, cell / "truth" / "arm.yaml", Path(folder) / "true")
-            rows.append((before, nominal, true, floor_rms_mm(cell)))
+            plain = without_scale(cell, Path(folder) / "plain")
+            glance = without_scale(cell, Path(folder) / "glance", views=1)
+            nominal, before, _ = ruler_rms_mm(plain, Path(folder) / "1", solve="paper")
+            joint, _, stated = ruler_rms_mm(plain, Path(folder) / "2", solve="joint")
+            one, _, _ = ruler_rms_mm(glance, Path(folder) / "3", solve="joint")
+            three, _, stated_three = ruler_rms_mm(cell, Path(folder) / "4", solve="joint")
+            true, _, _ = ruler_rms_mm(plain, Path(folder) / "5", solve="paper", arm=cell / "truth" / "arm.yaml")
+            rows.append((before, nominal, joint, one, three, true, floor_rms_mm(cell), stated, stated_three))
         print(f"| {seed} | " + " | ".join(f"{v:.4f}" for v in rows[-1]) + " |", flush=True)
     print("| mean | " + " | ".join(f"{v:.4f}" for v in np.mean(rows, axis=0)) + " |")
 

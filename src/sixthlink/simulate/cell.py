@@ -103,7 +103,9 @@ def _placements(scenario: Scenario, cell: Cell, target: Chessboard, seed: int, s
         placements["calibrate", f"p{k + 1}"] = placement
     for kind, letter, count in (("verify", "r", scenario.ruler_placements), ("scale", "s", scale_placements)):
         for k in range(count):
-            placements[kind, f"{letter}{k + 1}"] = ruler_placement(scenario, cell, k, stream(seed, kind, [k]))
+            views = scenario.scale_views if kind == "scale" else 1
+            placement = ruler_placement(scenario, cell, k, stream(seed, kind, [k]), views=views)
+            placements[kind, f"{letter}{k + 1}"] = placement
     return placements
 
 
@@ -121,9 +123,12 @@ def _recording(
     standard = LengthStandard(
         scenario.standard_length_m, scenario.standard_uncertainty_m, "quadrant", scenario.mark_diameter_m
     )
-    numbers = [f"{v + 1:02d}" for v in range(scenario.poses)]
-    suffixes = [numbers if kind == "calibrate" else list(standard.marks) for kind, _ in placements]
-    rows = [(kind, name, s) for (kind, name), many in zip(placements, suffixes, strict=True) for s in many]
+    shots = {
+        "calibrate": [(f"{v + 1:02d}", "") for v in range(scenario.poses)],
+        "verify": [(mark, mark) for mark in standard.marks],
+        "scale": [(f"{mark}{v + 1}", mark) for mark in standard.marks for v in range(scenario.scale_views)],
+    }
+    rows = [(kind, name, suffix, mark) for kind, name in placements for suffix, mark in shots[kind]]
     cameras = tuple(CameraDescription(name, scenario.width_px, scenario.height_px) for name in CAMERA_NAMES)
     return Recording(
         name=f"simulated cell, scenario {scenario.name}, seed {seed}",
@@ -133,10 +138,10 @@ def _recording(
         head=Head(cameras, T_flange_drawing),
         target=target,
         standard=standard,
-        ids=tuple(f"{name}_{suffix}" for _, name, suffix in rows),
-        placements=tuple(name for _, name, _ in rows),
-        kinds=tuple(kind for kind, _, _ in rows),
-        marks=tuple("" if kind == "calibrate" else suffix for kind, _, suffix in rows),
+        ids=tuple(f"{name}_{suffix}" for _, name, suffix, _ in rows),
+        placements=tuple(name for _, name, *_ in rows),
+        kinds=tuple(kind for kind, *_ in rows),
+        marks=tuple(mark for *_, mark in rows),
         joints=joints,
     )
 

@@ -69,21 +69,24 @@ def board_placement(
     raise _unreachable("chessboard", scenario)
 
 
-def ruler_placement(scenario: Scenario, cell: Cell, number: int, random: np.random.Generator) -> Placement:
-    """A placement of the ruler with two shots: mark A, then mark B, each near the middle of both images.
+def ruler_placement(
+    scenario: Scenario, cell: Cell, number: int, random: np.random.Generator, *, views: int = 1
+) -> Placement:
+    """A placement of the ruler: shots of mark A, then of mark B, each near the middle of both images.
 
     Args:
         scenario: The numbers of the cell.
         cell: The arm and the head.
         number: Number of the placement: successive numbers spread over the workspace.
         random: Random numbers of this placement.
+        views: Shots per mark.
 
     Raises:
         ValueError: The arm cannot reach both ends of any placement.
     """
     for _ in range(ATTEMPTS):
         T_base_ruler = _ruler_pose(scenario.standard_length_m, number, random)
-        joints = _ruler_joints(scenario, cell, T_base_ruler, random)
+        joints = _ruler_joints(scenario, cell, T_base_ruler, random, views)
         if joints is not None:
             return Placement(T_base_ruler, joints)
     raise _unreachable("ruler", scenario)
@@ -125,13 +128,15 @@ def _board_joints(
     return _first_of_each(joints, usable, [len(c) for c in chosen])
 
 
-def _ruler_joints(scenario: Scenario, cell: Cell, T_base_ruler: Floats, random: np.random.Generator) -> Floats | None:
-    """Joint values ``(2, J)`` that look at mark A and at mark B, or None when the arm cannot reach both."""
+def _ruler_joints(
+    scenario: Scenario, cell: Cell, T_base_ruler: Floats, random: np.random.Generator, views: int
+) -> Floats | None:
+    """Joint values ``(2 views, J)`` that look at mark A, then at mark B; None when the arm cannot reach both."""
     ends = []
     disc = scenario.mark_diameter_m * np.array([[1.0, 1, 0], [1, -1, 0], [-1, -1, 0], [-1, 1, 0]])
     for x_m in (0.0, scenario.standard_length_m):
         T_ruler_mark = transform(np.eye(3), [x_m, 0.0, 0.0])
-        Ts_gaze_mark = mark_views(random, TRIED_BY_ARM, scenario.ruler_tilt_rad)
+        Ts_gaze_mark = mark_views(random, views * TRIED_BY_ARM, scenario.ruler_tilt_rad)
         joints, usable = reached_views(
             cell,
             T_base_ruler @ T_ruler_mark,
@@ -139,11 +144,11 @@ def _ruler_joints(scenario: Scenario, cell: Cell, T_base_ruler: Floats, random: 
             lambda Ts: seen_inside(cell.rig, Ts, disc, 0.25 * scenario.height_px),
             random,
         )
-        end = _first_of_each(joints, usable, [len(joints)])
+        end = _first_of_each(joints, usable, [TRIED_BY_ARM] * views)
         if end is None:
             return None
-        ends.append(end[0])
-    return np.stack(ends)
+        ends.append(end)
+    return np.concatenate(ends)
 
 
 def _first_of_each(joints: Floats, usable: npt.NDArray[np.bool_], sizes: list[int]) -> Floats | None:

@@ -58,6 +58,8 @@ class Scenario:
         standard_uncertainty_m: Its standard uncertainty [m].
         mark_diameter_m: Diameter of the ruler's marks [m].
         ruler_placements: Placements of the ruler for verification.
+        scale_views: Shots per mark of a ruler that a calibration may use as scale bar: the joints' errors of one shot
+            would otherwise set the scale.
         ruler_tilt_rad: Largest tilt of the ruler against the line of sight between the two cameras [rad].
         blur_px: Gaussian blur of the lens [pixel].
         electrons_per_grey: Photoelectrons per grey value: they set the shot noise.
@@ -101,6 +103,7 @@ class Scenario:
     standard_uncertainty_m: float = 3e-6
     mark_diameter_m: float = 24.0 * MM
     ruler_placements: int = 15
+    scale_views: int = 3
     ruler_tilt_rad: float = 15.0 * DEG
     blur_px: float = 0.7
     electrons_per_grey: float = 40.0
