@@ -77,11 +77,11 @@ def main() -> None:
         "nominal arm, eq. (11)",
         "joint",
         "joint + 6 bars, 1 view",
-        "joint + 6 bars, 3 views",
+        "joint + 6 bars, 5 views",
         "true arm, eq. (11)",
         "floor",
         "stated: joint",
-        "stated: 3 views",
+        "stated: 5 views",
     )
     print(f"| seed | {' | '.join(titles)} |\n|{'---|' * (len(titles) + 1)}")
     for seed in options.seeds:
@@ -95,9 +95,9 @@ def main() -> None:
             nominal, before, _ = ruler_rms_mm(plain, Path(folder) / "1", solve="paper")
             joint, _, stated = ruler_rms_mm(plain, Path(folder) / "2", solve="joint")
             one, _, _ = ruler_rms_mm(glance, Path(folder) / "3", solve="joint")
-            three, _, stated_three = ruler_rms_mm(cell, Path(folder) / "4", solve="joint")
+            five, _, stated_five = ruler_rms_mm(cell, Path(folder) / "4", solve="joint")
             true, _, _ = ruler_rms_mm(plain, Path(folder) / "5", solve="paper", arm=cell / "truth" / "arm.yaml")
-            rows.append((before, nominal, joint, one, three, true, floor_rms_mm(cell), stated, stated_three))
+            rows.append((before, nominal, joint, one, five, true, floor_rms_mm(cell), stated, stated_five))
         print(f"| {seed} | " + " | ".join(f"{v:.4f}" for v in rows[-1]) + " |", flush=True)
     print("| mean | " + " | ".join(f"{v:.4f}" for v in np.mean(rows, axis=0)) + " |")
 

@@ -136,7 +136,7 @@ def test_the_same_seed_gives_the_same_cell_and_scale_bars_disturb_nothing(cells)
     again = simulate_cell(PAPER, IRB_1400, BOARD, seed=3, scale_placements=4)
     recording, truth = again.recording, again.truth
     N = len(cells[3].recording.ids)
-    assert recording.kinds[N:] == ("scale",) * 24
+    assert recording.kinds[N:] == ("scale",) * 40
     assert recording.ids[N : N + 2] == ("s1_A", "s1_B")
     assert recording.images["left"][3] == "images/p1_04_left.png"
     assert np.array_equal(recording.joints[:N], cells[3].recording.joints)

@@ -15,6 +15,7 @@ from sixthlink.calibrate.observations import (
     FixedPointTouches,
     JointState,
     KnownLengths,
+    MarkSightings,
     SocketDistances,
     TargetPoseShots,
     moved,
@@ -64,6 +65,7 @@ def state_of(arm, rng) -> JointState:
         arm_step=np.zeros(0),
         Ts_stand_target=random_transforms(rng, 2),
         points_m=rng.normal(0, 0.5, (2, 2, 3)),
+        marks_m=rng.normal(0, 0.5, (2, 2, 3)),
     )
 
 
@@ -95,8 +97,24 @@ def lengths(arm, state, rng, *, fixed_head: bool) -> KnownLengths:
     )
 
 
+def sightings(arm, rng, *, fixed_head: bool) -> MarkSightings:
+    return MarkSightings(
+        joints=joints(arm, rng, 5),
+        points_head=rng.normal(0, 0.3, (5, 3)),
+        covariances=np.tile(1e-10 * np.eye(3), (5, 1, 1)),
+        places=np.array([0, 0, 0, 1, 1]),
+        marks=np.array([0, 0, 1, 0, 1]),
+        repeatability_rad=np.full(len(arm.joints), 5e-5),
+        by_lens=rng.normal(0, 0.1, (5, 3, 2)),
+        fixed_head=fixed_head,
+    )
+
+
+KINDS = ("shots", "shots fixed", "lengths", "lengths fixed", "marks", "marks fixed", "touches", "distances")
+
+
 @pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("kind", ["shots", "shots fixed", "lengths", "lengths fixed", "touches", "distances"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_derivatives_are_those_of_the_residual(robot, kind):
     rng = np.random.default_rng(1)
     arm = load_arm(robot, folder=Path())
@@ -107,6 +125,8 @@ def test_derivatives_are_those_of_the_residual(robot, kind):
         "shots fixed": lambda: shots(arm, state, rng, fixed_head=True),
         "lengths": lambda: lengths(arm, state, rng, fixed_head=False),
         "lengths fixed": lambda: lengths(arm, state, rng, fixed_head=True),
+        "marks": lambda: sightings(arm, rng, fixed_head=False),
+        "marks fixed": lambda: sightings(arm, rng, fixed_head=True),
         "touches": lambda: FixedPointTouches(
             joints(arm, rng, 4), np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]), np.full(len(arm.joints), 5e-5)
         ),

@@ -37,7 +37,7 @@ from sixthlink.calibrate.joint import (
     repeatability_of,
 )
 from sixthlink.calibrate.marks import mark_points
-from sixthlink.calibrate.observations import KnownLengths, carried
+from sixthlink.calibrate.observations import MarkSightings, SocketDistances, carried
 from sixthlink.calibrate.unobserved import degenerate_motion
 from sixthlink.calibrate.usable import SolveOptions, Usable, motion_of, shot_evidence, usable_shots
 from sixthlink.calibrate.wrong_shots import wrong_shots
@@ -201,12 +201,14 @@ def _data(
     shots = HeadShots(
         recording.joints[usable.shots], usable.problem, recording.mount == EYE_TO_HAND, covariances, by_lens
     )
+    bars = _scale_bars(recording, nominal, cameras)
     return JointData(
         arm=nominal,
         shots=shots,
         lens_covariance=cameras.covariance if cameras else np.zeros((0, 0)),
         lens_offset=offset,
-        lengths=_lengths(recording, nominal, cameras),
+        sightings=bars[0] if bars else None,
+        certificate=bars[1] if bars else None,
     )
 
 
@@ -230,8 +232,10 @@ def _noise_ratio(cameras: RigCalibration) -> float:
     return cameras.noise_px / float(np.sqrt(np.mean(cameras.detections.sigmas_px**2)))
 
 
-def _lengths(recording: Recording, nominal: Arm, cameras: RigCalibration | None) -> KnownLengths | None:
-    """Certified lengths of the placements of kind ``scale`` where both marks were seen."""
+def _scale_bars(
+    recording: Recording, nominal: Arm, cameras: RigCalibration | None
+) -> tuple[MarkSightings, SocketDistances] | None:
+    """Marks of the placements of kind ``scale`` where both were seen, and their certified distance."""
     wanted = shots_of_kind(recording, "scale")
     if cameras is None or recording.standard is None or recording.joints is None or len(wanted) == 0:
         return None
@@ -244,18 +248,20 @@ def _lengths(recording: Recording, nominal: Arm, cameras: RigCalibration | None)
     if not points:
         return None
     shots = np.array([p.shot for p in points], dtype=np.int64)
-    return KnownLengths(
+    places, names = placement_indices(recording, shots)
+    sightings = MarkSightings(
         joints=recording.joints[shots],
         points_head=np.array([p.point_head for p in points]),
         covariances=np.array([p.covariance for p in points]) * _noise_ratio(cameras) ** 2,
-        lengths=placement_indices(recording, shots)[0],
-        ends=np.array([p.mark for p in points], dtype=np.int64),
-        length_m=recording.standard.length_m,
-        uncertainty_m=recording.standard.uncertainty_m,
+        places=places,
+        marks=np.array([p.mark for p in points], dtype=np.int64),
         repeatability_rad=repeatability_of(nominal),
         by_lens=np.array([p.by_rig for p in points]),
         fixed_head=recording.mount == EYE_TO_HAND,
     )
+    standard = recording.standard
+    distances = SocketDistances(np.arange(len(names)), standard.length_m, standard.uncertainty_m, block="marks")
+    return sightings, distances
 
 
 def _with_lens(cameras: RigCalibration, step: Floats) -> RigCalibration:

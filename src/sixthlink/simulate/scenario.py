@@ -103,7 +103,7 @@ class Scenario:
     standard_uncertainty_m: float = 3e-6
     mark_diameter_m: float = 24.0 * MM
     ruler_placements: int = 15
-    scale_views: int = 3
+    scale_views: int = 5
     ruler_tilt_rad: float = 15.0 * DEG
     blur_px: float = 0.7
     electrons_per_grey: float = 40.0

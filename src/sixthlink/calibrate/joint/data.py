@@ -15,9 +15,10 @@ import numpy as np
 from sixthlink.calibrate.head import HeadProblem
 from sixthlink.calibrate.joint.consensus import consensus
 from sixthlink.calibrate.observations import (
+    Columns,
     FixedPointTouches,
     JointState,
-    KnownLengths,
+    MarkSightings,
     Observations,
     SocketDistances,
     TargetPoseShots,
@@ -67,7 +68,8 @@ class JointData:
         shots: Shots of targets.
         lens_covariance: ``(g, g)`` of the cameras' free unknowns, from the images.
         lens_offset: ``(g,)`` how far the cameras already are from what the images alone say.
-        lengths: Certified lengths seen by the head.
+        sightings: Marks of a length standard, seen by the head.
+        certificate: Their certified distances.
         touches: Touches of fixed points.
         distances: Known distances between touched points.
     """
@@ -76,7 +78,8 @@ class JointData:
     shots: HeadShots | None = None
     lens_covariance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     lens_offset: Floats = field(default_factory=lambda: np.zeros(0))
-    lengths: KnownLengths | None = None
+    sightings: MarkSightings | None = None
+    certificate: SocketDistances | None = None
     touches: FixedPointTouches | None = None
     distances: SocketDistances | None = None
 
@@ -99,7 +102,7 @@ def repeatability_of(arm: Arm) -> Floats:
 def observations_of(data: JointData) -> tuple[Observations, ...]:
     """Every kind that was observed; those of single shots and touches, which can be wrong one by one, come first."""
     shots = None if data.shots is None else _target_shots(data.shots, repeatability_of(data.arm))
-    kinds = (shots, data.touches, data.lengths, data.distances)
+    kinds = (shots, data.touches, data.sightings, data.certificate, data.distances)
     return tuple(kind for kind in kinds if kind is not None)
 
 
@@ -114,6 +117,8 @@ def start_of(data: JointData) -> tuple[JointState, dict[str, float]]:
         across = max(float(np.median(found.translations_m)), 1e-6)
         tilt = max(float(np.median(found.rotations_rad)), 1e-6)
         scales |= {"across": across, "along": across, "tilt": tilt, "roll": tilt}
+        if data.sightings is not None:
+            changes |= {"marks_m": _standing(data.arm, data.sightings, found.X)}
     if data.touches is not None:
         tool_m, points_m = _touching(data.arm, data.touches)
         changes |= {"tool_m": tool_m, "points_m": points_m}
@@ -177,6 +182,16 @@ def _target_shots(shots: HeadShots, repeatability_rad: Floats) -> TargetPoseShot
         shots.by_lens,
         shots.fixed_head,
     )
+
+
+def _standing(arm: Arm, sightings: MarkSightings, X: Floats) -> Floats:
+    """Marks ``(B, m, 3)`` under the nominal arm: the mean of what each was seen at."""
+    B, m = int(sightings.places.max()) + 1, int(sightings.marks.max()) + 1
+    found = sightings.linearised(JointState(arm, X=X, marks_m=np.zeros((B, m, 3))), Columns())
+    sums, counts = np.zeros((B, m, 3)), np.zeros((B, m, 1))
+    np.add.at(sums, (sightings.places, sightings.marks), found.residuals)
+    np.add.at(counts, (sightings.places, sightings.marks), 1.0)
+    return sums / np.maximum(counts, 1.0)
 
 
 def _touching(arm: Arm, touches: FixedPointTouches) -> tuple[Floats, Floats]:

@@ -63,6 +63,7 @@ class SocketDistances:
         places: ``(K,)`` number of each place.
         distance_m: Their distance [m].
         uncertainty_m: Its standard uncertainty [m].
+        block: ``points`` for touched points, ``marks`` for marks that the head saw.
     """
 
     places: Ints
@@ -72,8 +73,9 @@ class SocketDistances:
 
     def linearised(self, state: JointState, columns: Columns) -> Linearised:
         """Residuals ``(K, 1)`` [m], and derivatives."""
-        K, m = len(self.places), state.points_m.shape[1]
-        between = state.points_m[self.places, 1] - state.points_m[self.places, 0]
+        points_m = state.marks_m if self.block == "marks" else state.points_m
+        K, m = len(self.places), points_m.shape[1]
+        between = points_m[self.places, 1] - points_m[self.places, 0]
         measured = np.linalg.norm(between, axis=1)
         unit = between / measured[:, None]
         own = np.zeros((K, 1, 3 * m))

@@ -7,6 +7,7 @@ The same derivative says how well any length is measured, so that verification u
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from sixthlink.calibrate.observations.state import Columns, JointState
 from sixthlink.calibrate.observations.target_poses import carried
 from sixthlink.geometry import Floats, Ints, inverse, transform_points
 
-__all__ = ["KnownLengths"]
+__all__ = ["KnownLengths", "carried_points"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ class KnownLengths:
     def linearised(self, state: JointState, columns: Columns) -> Linearised:
         """Residuals ``(R, 1)`` [m], and derivatives."""
         assert state.X is not None  # noqa: S101 - marks are only seen by a head
-        points, by_shared, by_joint, R_head = self._points(state, columns)
+        points, by_shared, by_joint, R_head = carried_points(self, state, columns)
         R = int(self.lengths.max()) + 1
         counts = np.zeros((R, 2))
         np.add.at(counts, (self.lengths, self.ends), 1.0)
@@ -76,29 +77,55 @@ class KnownLengths:
             {name: values[:, None, None] for name, values in noises.items()},
         )
 
-    def _points(self, state: JointState, columns: Columns) -> tuple[Floats, Floats, Floats, Floats]:
-        """Points in the frame of the standard's carrier, their derivatives, and the head's axes there."""
-        assert state.X is not None  # noqa: S101
-        Ts_base_flange, by_arm, by_joint = arm_motions(state.arm, self.joints, columns.arm)
-        M = len(self.joints)
-        by_shared = np.zeros((M, 3, columns.size))
-        points_head = self.points_head + self.by_lens @ state.lens_step if columns.lens else self.points_head
-        points_carrier = transform_points(state.X, points_head)
-        by_head = np.concatenate(
-            [np.tile(np.eye(3), (M, 1, 1)), carried(points_carrier - state.X[:3, 3])[:, :3, 3:]], axis=2
-        )
-        if self.fixed_head:
-            Ts_flange_base = inverse(Ts_base_flange)
-            points = transform_points(Ts_flange_base, points_carrier)
-            turn = Ts_flange_base[:, :3, :3]
-            by_motion = -turn @ carried(points_carrier - Ts_base_flange[:, :3, 3])[:, :3]
-        else:
-            points = transform_points(Ts_base_flange, points_carrier)
-            turn = Ts_base_flange[:, :3, :3]
-            by_motion = carried(points - Ts_base_flange[:, :3, 3])[:, :3]
-        by_shared[:, :, columns.head_slice] = turn @ by_head
-        by_shared[:, :, columns.arm_slice] = by_motion @ by_arm
-        R_head = turn @ state.X[:3, :3]
-        if columns.lens:
-            by_shared[:, :, columns.lens_slice] = R_head @ self.by_lens
-        return points, by_shared, by_motion @ by_joint, R_head
+
+class Seen(Protocol):
+    """Points that the head saw, with what their position depends on."""
+
+    @property
+    def joints(self) -> Floats:
+        """``(M, J)`` joint values [rad or m]."""
+
+    @property
+    def points_head(self) -> Floats:
+        """``(M, 3)`` points in the head frame [m]."""
+
+    @property
+    def by_lens(self) -> Floats:
+        """``(M, 3, g)`` motion of the points per unit of the cameras' free unknowns."""
+
+    @property
+    def fixed_head(self) -> bool:
+        """Whether the head stands still and the points ride on the flange."""
+
+
+def carried_points(seen: Seen, state: JointState, columns: Columns) -> tuple[Floats, Floats, Floats, Floats]:
+    """Points carried by head and arm into the frame in which they stand still.
+
+    Returns:
+        ``(M, 3)`` points [m], their derivatives ``(M, 3, G)`` by the shared unknowns and ``(M, 3, J)`` by the joints,
+        and ``(M, 3, 3)`` the head's axes in that frame.
+    """
+    assert state.X is not None  # noqa: S101
+    Ts_base_flange, by_arm, by_joint = arm_motions(state.arm, seen.joints, columns.arm)
+    M = len(seen.joints)
+    by_shared = np.zeros((M, 3, columns.size))
+    points_head = seen.points_head + seen.by_lens @ state.lens_step if columns.lens else seen.points_head
+    points_carrier = transform_points(state.X, points_head)
+    by_head = np.concatenate(
+        [np.tile(np.eye(3), (M, 1, 1)), carried(points_carrier - state.X[:3, 3])[:, :3, 3:]], axis=2
+    )
+    if seen.fixed_head:
+        Ts_flange_base = inverse(Ts_base_flange)
+        points = transform_points(Ts_flange_base, points_carrier)
+        turn = Ts_flange_base[:, :3, :3]
+        by_motion = -turn @ carried(points_carrier - Ts_base_flange[:, :3, 3])[:, :3]
+    else:
+        points = transform_points(Ts_base_flange, points_carrier)
+        turn = Ts_base_flange[:, :3, :3]
+        by_motion = carried(points - Ts_base_flange[:, :3, 3])[:, :3]
+    by_shared[:, :, columns.head_slice] = turn @ by_head
+    by_shared[:, :, columns.arm_slice] = by_motion @ by_arm
+    R_head = turn @ state.X[:3, :3]
+    if columns.lens:
+        by_shared[:, :, columns.lens_slice] = R_head @ seen.by_lens
+    return points, by_shared, by_motion @ by_joint, R_head

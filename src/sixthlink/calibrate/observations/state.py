@@ -73,7 +73,8 @@ class JointState:
         lens_step: ``(g,)`` change of the cameras' free unknowns since they were linearised.
         arm_step: ``(A,)`` change of the arm's parameters since the nominal arm.
         Ts_stand_target: ``(P, 4, 4)`` target placements: in the base frame, or in the flange's for a fixed head.
-        points_m: ``(B, m, 3)`` fixed points, m to a place [m].
+        points_m: ``(B, m, 3)`` touched points, m to a place [m].
+        marks_m: ``(B, m, 3)`` marks that the head saw, m to a place, in the frame in which they stand still [m].
     """
 
     arm: Arm
@@ -83,6 +84,7 @@ class JointState:
     arm_step: Floats = field(default_factory=lambda: np.zeros(0))
     Ts_stand_target: Floats = field(default_factory=lambda: np.zeros((0, 4, 4)))
     points_m: Floats = field(default_factory=lambda: np.zeros((0, 1, 3)))
+    marks_m: Floats = field(default_factory=lambda: np.zeros((0, 1, 3)))
 
 
 def moved(state: JointState, columns: Columns, shared: Floats, own: Sequence[tuple[str, Floats]]) -> JointState:
@@ -101,4 +103,6 @@ def moved(state: JointState, columns: Columns, shared: Floats, own: Sequence[tup
             changes["Ts_stand_target"] = apply_motion(state.Ts_stand_target, steps)
         elif name == "points":
             changes["points_m"] = state.points_m + steps.reshape(state.points_m.shape)
+        elif name == "marks":
+            changes["marks_m"] = state.marks_m + steps.reshape(state.marks_m.shape)
     return replace(state, **changes)  # type: ignore[arg-type]
