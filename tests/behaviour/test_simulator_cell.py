@@ -137,7 +137,7 @@ def test_the_same_seed_gives_the_same_cell_and_scale_bars_disturb_nothing(cells)
     recording, truth = again.recording, again.truth
     N = len(cells[3].recording.ids)
     assert recording.kinds[N:] == ("scale",) * 40
-    assert recording.ids[N : N + 2] == ("s1_A", "s1_B")
+    assert recording.ids[N : N + 2] == ("s1_A1", "s1_A2")
     assert recording.images["left"][3] == "images/p1_04_left.png"
     assert np.array_equal(recording.joints[:N], cells[3].recording.joints)
     assert np.array_equal(truth.joints[:N], cells[3].truth.joints)
