@@ -1,7 +1,7 @@
 """What is wrong with a shot that does not belong?
 
 Each explanation is tried on it: a target read from its other end, two shots exchanged, the pose of a shot nearby (a
-late or early robot pose), a pose between two shots. An explanation is named when it brings the shot close to what the
+late or early robot pose), the same robot pose twice, a pose between two shots. An explanation is named when it brings the shot close to what the
 others say; otherwise the reason says by how much the shot is off.
 """
 
@@ -27,6 +27,9 @@ CLOSE = 8.0
 
 ABOUT_HALF_A_TURN_RAD = 0.2
 """An error this near to half a turn looks like a target read from its other end."""
+
+SAME_POSE = np.array([2e-3, 2e-3])
+"""Distance [m] and angle [rad] within which two robot poses are the same one."""
 
 SHARE = 0.2
 """An explanation must leave less than this share of the error."""
@@ -89,7 +92,12 @@ def _reason(i: int, shots: _Shots) -> str:
         order = "late" if j < i else "early"
         return f"{off}: shows what shot {names[j]} should show; the robot pose was recorded {order}, or paired wrongly"
     for j in (i - 1, i + 1):
-        if 0 <= j < len(names) and _between(here, Ts_expected[i], Ts_expected[j], scale, error):
+        if not 0 <= j < len(names):
+            continue
+        if (_errors(problem.Ts_outer[j : j + 1], problem.Ts_outer[i : i + 1])[0] < SAME_POSE).all():
+            when = "before the robot had moved" if j < i else "after the robot had moved on"
+            return f"{off}: its robot pose is that of shot {names[j]}; it was read {when}, or written twice"
+        if _between(here, Ts_expected[i], Ts_expected[j], scale, error):
             when = "was still moving from" if j < i else "was already moving to"
             return f"{off}: seen on the way; the robot {when} shot {names[j]}. Let it stand still before the image"
     if abs(error[1] - np.pi) < ABOUT_HALF_A_TURN_RAD:
