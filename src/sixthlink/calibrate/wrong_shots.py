@@ -1,8 +1,8 @@
 """What is wrong with a shot that does not belong?
 
 Each explanation is tried on it: a target read from its other end, two shots exchanged, the pose of a shot nearby (a
-late or early robot pose), the same robot pose twice, a pose between two shots. An explanation is named when it brings the shot close to what the
-others say; otherwise the reason says by how much the shot is off.
+late or early robot pose), the same robot pose twice, a pose between two shots. An explanation is named when it brings
+the shot close to what the others say; otherwise the reason says by how much the shot is off.
 """
 
 from __future__ import annotations
