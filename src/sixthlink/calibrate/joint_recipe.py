@@ -15,7 +15,6 @@ from sixthlink.calibrate.budget import budget_of
 from sixthlink.calibrate.calibration import Calibration
 from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.gates import gates_of, noise_gate
-from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.head import (
     HeadProblem,
     certificate_of,
@@ -29,15 +28,12 @@ from sixthlink.calibrate.heldout import held_out
 from sixthlink.calibrate.joint import (
     BlockVerdict,
     Estimate,
-    HeadShots,
     JointData,
     estimate,
     estimate_with_blocks,
     joint_evidence,
-    repeatability_of,
 )
-from sixthlink.calibrate.marks import mark_points
-from sixthlink.calibrate.observations import MarkSightings, SocketDistances, carried
+from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target
 from sixthlink.calibrate.unobserved import degenerate_motion
 from sixthlink.calibrate.usable import SolveOptions, Usable, motion_of, shot_evidence, usable_shots
 from sixthlink.calibrate.wrong_shots import wrong_shots
@@ -46,11 +42,8 @@ from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats
 from sixthlink.progress import Progress
 from sixthlink.recording import (
-    EYE_TO_HAND,
     Recording,
     Rejection,
-    placement_indices,
-    selected,
     shots_of_kind,
 )
 from sixthlink.robot import Arm, flange_poses
@@ -119,7 +112,7 @@ def calibrate_jointly(
     lens = solved.cameras.names if solved.cameras else ()
     evidence = replace(
         joint_evidence(nominal, found, solved.verdicts, lens, solved.data.stated),
-        budget=budget_of(solved.data, found, _middle(recording)),
+        budget=budget_of(solved.data, found, middle_of_target(recording)),
     )
     wrong = wrong_shots(recording, problem, usable, found)
     all_evidence = shot_evidence(recording, usable, scatter(problem, X))
@@ -176,7 +169,7 @@ def _solved(
         seen = motion_of(recording, usable)
         if not seen.complete:
             raise degenerate_motion(seen)
-        data = _data(recording, nominal, usable, cameras, offset)
+        data = joint_data(recording, nominal, usable, cameras, offset)
         found = estimate(data, noise=options.noise)
         step = found.fit.state.lens_step
         if cameras is None or not len(step):
@@ -189,79 +182,6 @@ def _solved(
     found, verdicts = estimate_with_blocks(data, noise=options.noise, base=found)
     progress.step(STAGE, LENS_ROUNDS + 1, LENS_ROUNDS + 1)
     return _Solved(_with_evidence(cameras, found), usable, data, found, verdicts)
-
-
-def _data(
-    recording: Recording, nominal: Arm, usable: Usable, cameras: RigCalibration | None, offset: Floats
-) -> JointData:
-    assert recording.joints is not None  # noqa: S101 - the caller made sure
-    covariances, by_lens = None, np.zeros((0, 6, 0))
-    if usable.targets is not None and cameras is not None:
-        covariances, by_lens = _pixel_noise(recording, usable, cameras)
-    shots = HeadShots(
-        recording.joints[usable.shots], usable.problem, recording.mount == EYE_TO_HAND, covariances, by_lens
-    )
-    bars = _scale_bars(recording, nominal, cameras)
-    return JointData(
-        arm=nominal,
-        shots=shots,
-        lens_covariance=cameras.covariance if cameras else np.zeros((0, 0)),
-        lens_offset=offset,
-        sightings=bars[0] if bars else None,
-        certificate=bars[1] if bars else None,
-    )
-
-
-def _pixel_noise(recording: Recording, usable: Usable, cameras: RigCalibration) -> tuple[Floats, Floats]:
-    """Covariances ``(S, 6, 6)`` of the poses from the noise that the images show, and their derivatives by the rig."""
-    assert usable.targets is not None  # noqa: S101 - the caller made sure
-    covariances: Floats = np.asarray(np.linalg.inv(usable.targets.informations)) * _noise_ratio(cameras) ** 2
-    by_lens = usable.targets.by_rig
-    if recording.target is not None and recording.target.half_turn is not None and usable.half_turned.any():
-        # A target read from its other end has its origin elsewhere: noise and derivative are carried there.
-        T_target_turned = half_turn_transform(recording.target.points_m, recording.target.half_turn)
-        levers = usable.targets.Ts_head_target[:, :3, :3] @ T_target_turned[:3, 3]
-        to_origin = carried(np.where(usable.half_turned[:, None], levers, 0.0))
-        covariances = to_origin @ covariances @ np.swapaxes(to_origin, 1, 2)
-        by_lens = to_origin @ by_lens
-    return covariances, by_lens
-
-
-def _noise_ratio(cameras: RigCalibration) -> float:
-    """Noise of the pixels as the images show it, over what the detector states."""
-    return cameras.noise_px / float(np.sqrt(np.mean(cameras.detections.sigmas_px**2)))
-
-
-def _scale_bars(
-    recording: Recording, nominal: Arm, cameras: RigCalibration | None
-) -> tuple[MarkSightings, SocketDistances] | None:
-    """Marks of the placements of kind ``scale`` where both were seen, and their certified distance."""
-    wanted = shots_of_kind(recording, "scale")
-    if cameras is None or recording.standard is None or recording.joints is None or len(wanted) == 0:
-        return None
-    seen = selected(cameras.detections, np.isin(cameras.detections.shots, wanted))
-    points, _ = mark_points(cameras.rig, seen, recording.ids, cameras.unknowns)
-    ends: dict[str, set[int]] = {}
-    for p in points:
-        ends.setdefault(recording.placements[p.shot], set()).add(p.mark)
-    points = tuple(p for p in points if ends[recording.placements[p.shot]] >= {0, 1})
-    if not points:
-        return None
-    shots = np.array([p.shot for p in points], dtype=np.int64)
-    places, names = placement_indices(recording, shots)
-    sightings = MarkSightings(
-        joints=recording.joints[shots],
-        points_head=np.array([p.point_head for p in points]),
-        covariances=np.array([p.covariance for p in points]) * _noise_ratio(cameras) ** 2,
-        places=places,
-        marks=np.array([p.mark for p in points], dtype=np.int64),
-        repeatability_rad=repeatability_of(nominal),
-        by_lens=np.array([p.by_rig for p in points]),
-        fixed_head=recording.mount == EYE_TO_HAND,
-    )
-    standard = recording.standard
-    distances = SocketDistances(np.arange(len(names)), standard.length_m, standard.uncertainty_m, block="marks")
-    return sightings, distances
 
 
 def _with_lens(cameras: RigCalibration, step: Floats) -> RigCalibration:
@@ -286,11 +206,6 @@ def _with_evidence(cameras: RigCalibration | None, found: Estimate) -> RigCalibr
     stds[lens] = np.sqrt(np.diag(covariance))[: np.count_nonzero(lens)]
     evidence = tuple(replace(e, std=std) for e, std in zip(cameras.cameras, stds, strict=True))
     return replace(cameras, covariance=covariance, cameras=evidence)
-
-
-def _middle(recording: Recording) -> Floats:
-    """Middle ``(3,)`` of the target in its own frame [m]; the origin where only poses were recorded."""
-    return np.zeros(3) if recording.target is None else np.asarray(recording.target.points_m.mean(axis=0))
 
 
 def _head(found: Estimate) -> Floats:
