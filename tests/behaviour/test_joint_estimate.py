@@ -125,3 +125,30 @@ def test_wrong_shots_are_named_and_do_no_harm(wrong):
 def test_good_shots_are_not_called_wrong():
     rng = np.random.default_rng(5)
     assert sum(int((~estimate(drawn(rng).data).kept[0]).sum()) for _ in range(30)) == 0
+
+
+def test_a_fixed_head_that_watches_a_target_on_the_flange_shows_the_arm_as_well():
+    rng = np.random.default_rng(7)
+    recording, truth = cell().recording, cell().truth
+    nominal, q = recording.arm, recording.joints[:20]
+    sigmas = np.where(nominal.turns, np.deg2rad(0.03), 5e-4)
+    arm = arm_with_values(nominal, nominal.values + sigmas * rng.standard_normal(len(sigmas)))
+    T_base_head = truth.Ts_base_placement["p1"] @ np.diag([1.0, -1.0, -1.0, 1.0])
+    T_flange_target = truth.T_flange_head
+    Ts_head_target = (
+        inverse(T_base_head) @ flange_poses(arm, q + 50e-6 * rng.standard_normal(q.shape)) @ T_flange_target
+    )
+    sigma = np.repeat([SIGMA_M, SIGMA_RAD], 3)
+    Ts_head_target = apply_motion(Ts_head_target, sigma * rng.standard_normal((20, 6)))
+    problem = HeadProblem(inverse(flange_poses(nominal, q)), Ts_head_target, np.zeros(20, dtype=int))
+    covariances = np.tile(np.diag(sigma**2), (20, 1, 1))
+    found = estimate(JointData(nominal, HeadShots(q, problem, fixed_head=True, covariances=covariances)))
+    assert found.kept[0].all()
+    assert 0.6 < found.chi2_per_dof < 1.5
+
+    def predicted(arm, X, T_flange_target):
+        return inverse(X) @ flange_poses(arm, q) @ T_flange_target
+
+    seen = predicted(found.fit.state.arm, found.fit.state.X, found.fit.state.Ts_stand_target[0])
+    moved = motion_between(predicted(arm, T_base_head, T_flange_target), seen)
+    assert np.sqrt(np.mean(np.sum(moved[:, :3] ** 2, axis=1))) < 1.5e-4
