@@ -24,7 +24,7 @@ install: .venv/.ready  ## install sixthlink and its tools into .venv
 demo: .venv/.ready  ## simulate the paper's cell, calibrate, verify on the ruler, leave demo/result/report.html
 	rm -rf $(DEMO)
 	.venv/bin/sixthlink simulate $(DEMO) --scenario paper --seed 0
-	.venv/bin/sixthlink calibrate $(DEMO) --arm $(DEMO)/truth/arm.yaml
+	.venv/bin/sixthlink calibrate $(DEMO)
 	.venv/bin/sixthlink verify $(DEMO)
 	@echo "open $(DEMO)/result/report.html"
 
@@ -37,13 +37,16 @@ check: .venv/.ready  ## lint, types, floors
 test: check  ## everything that must be green
 	.venv/bin/pytest -n 2 --dist loadfile
 
-bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs; OpenCV 4.14 and other searches beside
+bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs, with OpenCV 4.14 and other libraries beside
 	$(PYTHON) benchmarks/paper_cell.py
 	$(PYTHON) benchmarks/real_recordings.py
 	$(PYTHON) benchmarks/certified_heads.py
+	$(PYTHON) benchmarks/degenerate_motion.py
+	$(PYTHON) benchmarks/wrong_shots.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/solver_times.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/closed_forms_against_opencv.py
-	PYTHONPATH=src OMP_NUM_THREADS=1 .venv-peers/bin/python benchmarks/global_search.py
+	OMP_NUM_THREADS=1 .venv-peers/bin/python benchmarks/global_search.py
+	OMP_NUM_THREADS=1 .venv-peers/bin/python benchmarks/joint_times.py
 
 .venv-cv4/.ready: | $(UV)
 	test -x .venv-cv4/bin/python || $(UV) venv --quiet --python python3 .venv-cv4
@@ -52,7 +55,7 @@ bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs;
 
 .venv-peers/.ready: | $(UV)
 	test -x .venv-peers/bin/python || $(UV) venv --quiet --python python3 .venv-peers
-	$(UV) pip install --quiet --python .venv-peers/bin/python numpy scipy clarabel pyswarms cma pymoo
+	$(UV) pip install --quiet --python .venv-peers/bin/python --editable . pyswarms cma pymoo pyceres
 	touch $@
 
 wheel: .venv/.ready  ## build the wheel into dist/

@@ -1,6 +1,6 @@
 """How long does the joint estimate take beside SciPy and Ceres on the same problem?
 
-    PYTHONPATH=src .venv-peers/bin/python benchmarks/joint_times.py        (make bench)
+    .venv-peers/bin/python benchmarks/joint_times.py        (make bench)
 
 Pose level: head, 20 free arm parameters and placements from N shots with known noise, the same whitened residuals, the
 same start, analytic derivatives for all three; Ceres through pyceres, one cost function in Python per shot. Pixel
