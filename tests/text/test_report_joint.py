@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from sixthlink.calibrate import (
     JointEvidence,
     NoiseEvidence,
 )
+from sixthlink.files import result_as_dict
 from sixthlink.report import report_page
 
 STDS = (1.2e-5, 2.5e-5, 3.4e-5, 4e-5, 5e-5, 6e-5)
@@ -222,3 +224,12 @@ def test_nothing_known_is_written_as_no_number() -> None:
         page = report_page(together(joint=changed), recording=recording())
         assert not re.search(r"\b(nan|inf)\b", page, re.IGNORECASE)
         assert "-0.0000" not in page
+
+
+def test_every_key_of_a_joint_result_is_explained() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    data = result_as_dict(together(heldout=HeldOut(3, 1e-3, 1e-3)))
+    lists = [data["arm"]["parameters"], *(data["joint"][name] for name in ("noise", "blocks", "correlations"))]
+    named = (data["budget"], data["joint"], data["heldout"], data["head"]["std"], *(rows[0] for rows in lists))
+    for key in (key for keys in named for key in keys):
+        assert re.search(rf"`(joint\.)?{key}(\[\])?`", page), key
