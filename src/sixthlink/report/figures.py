@@ -25,11 +25,21 @@ NARROW, WIDE = 420.0, 860.0
 
 @dataclass(frozen=True, eq=False)
 class ErrorSeries:
-    """Signed errors ``(R,)`` [m] under a name; ``role`` is its class in the style sheet."""
+    """Signed errors ``(R,)`` [m] under a name; ``role`` is its class in the style sheet.
+
+    ``halves_m`` are the half widths of their 95 % intervals [m], where they are known.
+    """
 
     name: str
     role: str
     errors_m: Floats
+    halves_m: Floats | None = None
+
+    @property
+    def reach_m(self) -> float:
+        """How far the errors and their intervals reach from zero [m]."""
+        halves_m = 0.0 if self.halves_m is None else self.halves_m
+        return float((np.abs(self.errors_m) + halves_m).max(initial=0.0))
 
 
 def error_plot(placements: Sequence[str], series: Sequence[ErrorSeries], *, band_m: float, label: str) -> Markup:
@@ -42,7 +52,7 @@ def error_plot(placements: Sequence[str], series: Sequence[ErrorSeries], *, band
         label: What the plot shows, in words.
     """
     height, left, right, top, bottom = 250.0, 46.0, 8.0, 12.0, 34.0
-    largest = max(float(np.abs(s.errors_m).max(initial=0.0)) for s in series) / MM
+    largest = max(s.reach_m for s in series) / MM
     reach = 1.12 * max(largest, band_m / MM, 1e-4)
     y = Scale(-reach, reach, height - bottom, top)
     x = Scale(-0.5, len(placements) - 0.5, left, NARROW - right)
@@ -58,6 +68,9 @@ def error_plot(placements: Sequence[str], series: Sequence[ErrorSeries], *, band
     parts.append(text(left, height - 3, "error in mm by number of the placement", "tick"))
     for one in series:
         for k, error in enumerate(one.errors_m):
+            if one.halves_m is not None:
+                low, high = (float(error + side * one.halves_m[k]) / MM for side in (-1.0, 1.0))
+                parts.append(line(x(k), y(low), x(k), y(high), f"interval {one.role}"))
             tip = element("title", f"{one.name}, {placements[k]}: {millimetres(float(error), sign=True)}")
             dot = element("circle", tip, cx=x(k), cy=y(float(error) / MM), r=4, class_=f"dot {one.role}")
             parts += [line(x(k), y(0.0), x(k), y(float(error) / MM), f"stem {one.role}"), dot]

@@ -6,7 +6,6 @@ scripts, and a content security policy forbids the rest. Every string that came 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from markupsafe import Markup
 
 from sixthlink.calibrate import Calibration, ShotEvidence, unobserved_of
 from sixthlink.geometry import Floats
-from sixthlink.measure import LengthCheck, LengthStatistics, statistics
+from sixthlink.measure import COVERAGE_95, LengthCheck
 from sixthlink.progress import Progress, Silent
 from sixthlink.recording import EYE_IN_HAND, Detections, Recording
 from sixthlink.report.entries import (
@@ -28,8 +27,17 @@ from sixthlink.report.entries import (
     unobserved_entries,
 )
 from sixthlink.report.figures import ErrorSeries, error_plot, residual_plot
+from sixthlink.report.joint_figures import budget_plot
+from sixthlink.report.joint_tables import (
+    arm_table,
+    block_table,
+    correlation_table,
+    head_std_table,
+    noise_table,
+    tolerances_in_words,
+)
 from sixthlink.report.overlays import ImageReader, ShotPictures, shot_pictures
-from sixthlink.report.quantities import DASH, degrees, fixed, millimetres, pixels
+from sixthlink.report.quantities import fixed, millimetres
 from sixthlink.report.scene import cell_of, cell_plot
 from sixthlink.report.tables import (
     camera_table,
@@ -38,6 +46,7 @@ from sixthlink.report.tables import (
     placement_table,
     shot_table,
 )
+from sixthlink.report.verdict import check_statistics, facts_of, verdict_of
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -46,25 +55,6 @@ __all__ = ["report_page"]
 
 ZOOM_WORTH_SAYING = 1.2
 """Ratio of the largest errors from which the caption says that the second plot has another scale."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The first thing a reader sees.
-
-    Attributes:
-        accepted: Whether no gate refuses.
-        words: By which gates, in words.
-        figure: The headline number with its unit.
-        was: The same before calibration; empty when unknown.
-        meaning: What the number is.
-    """
-
-    accepted: bool
-    words: str
-    figure: str
-    was: str
-    meaning: str
 
 
 def report_page(
@@ -102,9 +92,10 @@ def report_page(
         recording=recording,
         foreign=recording.name != calibration.recording,
         created=created,
-        verdict=_verdict(calibration, judged),
-        facts=_facts(calibration, judged),
+        verdict=verdict_of(calibration, judged),
+        facts=facts_of(calibration, judged),
         head=_head(calibration, recording),
+        joint=_joint(calibration),
         ruler=_ruler(judged) if judged else None,
         ruler_unmeasured=check is not None and judged is None,
         residuals=residual_plot(calibration.shots) if calibration.shots else None,
@@ -126,7 +117,7 @@ def _template() -> Template:
     from jinja2 import DictLoader, Environment, StrictUndefined
 
     here = files("sixthlink.report")
-    names = ("page.html", "parts.html", "page.css")
+    names = ("page.html", "joint.html", "parts.html", "page.css")
     environment = Environment(
         loader=DictLoader({name: here.joinpath(name).read_text("utf-8") for name in names}),
         autoescape=True,
@@ -143,60 +134,6 @@ def _shots_in(calibration: Calibration, recording: Recording) -> list[tuple[int,
         return []
     index = {shot: k for k, shot in enumerate(recording.ids)}
     return [(index[s.shot], s) for s in calibration.shots if s.shot in index]
-
-
-def _verdict(calibration: Calibration, check: LengthCheck | None) -> Verdict:
-    refusing = [g for g in calibration.gates if not g.passed]
-    if refusing:
-        words = "Refused by " + ", ".join(f"“{g.name}”: {g.message}" for g in refusing) + "."
-    elif calibration.gates:
-        words = "Every gate passed: " + ", ".join(g.name for g in calibration.gates) + "."
-    else:
-        words = "No gate was set, so none refused."
-    if check is None:
-        meaning = "RMS scatter of the target’s position about its placement: agreement, not accuracy"
-        rms = millimetres(calibration.scatter.rms_translation_m, 3) if calibration.shots else DASH
-        return Verdict(calibration.accepted, words, rms, "", meaning)
-    after, before = _errors(check)
-    meaning = (
-        f"RMS error of a certified length of {millimetres(check.standard.length_m)}, "
-        f"measured at {_counted(after.count, 'placement')} that the calibration has not seen"
-    )
-    was = millimetres(before.rms_m, 3) if before else ""
-    return Verdict(calibration.accepted, words, millimetres(after.rms_m, 3), was, meaning)
-
-
-def _errors(check: LengthCheck) -> tuple[LengthStatistics, LengthStatistics | None]:
-    certified = check.standard.length_m
-    before = None if check.before_m is None else statistics(check.before_m, certified)
-    return statistics(check.after_m, certified), before
-
-
-def _facts(calibration: Calibration, check: LengthCheck | None) -> list[tuple[str, str]]:
-    """A handful of figures under the verdict: what, how much."""
-    placements = _counted(len(calibration.placements), "placement")
-    facts = [("shots used", f"{len(calibration.shots)} at {placements}")]
-    if calibration.shots:
-        scatter = calibration.scatter
-        facts.append(
-            (
-                "target scatter, RMS",
-                f"{millimetres(scatter.rms_translation_m)}, {degrees(scatter.rms_rotation_rad)}",
-            )
-        )
-    if check is not None:
-        facts.append(("largest length error", millimetres(_errors(check)[0].max_abs_m)))
-    if calibration.rig is not None and calibration.shots:
-        rms_px = float(np.sqrt(np.mean([s.rms_px**2 for s in calibration.shots])))
-        facts.append(("image residual, RMS", pixels(rms_px)))
-    if calibration.search is not None:
-        agreeing = f"{calibration.search.agreeing} of {calibration.search.budget.swarms} swarms"
-        facts.append(("search agreement", agreeing))
-    return [*facts, ("not used", f"{len(calibration.rejections)} images or shots")]
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _head(calibration: Calibration, recording: Recording) -> dict[str, Any]:
@@ -219,6 +156,25 @@ def _head(calibration: Calibration, recording: Recording) -> dict[str, Any]:
     }
 
 
+def _joint(calibration: Calibration) -> dict[str, Any] | None:
+    """What a joint estimate adds: budget, arm, noise, optional blocks and correlations; None for the head alone."""
+    joint, arm = calibration.joint, calibration.arm
+    if joint is None or arm is None:
+        return None
+    return {
+        "budget": joint.budget,
+        "budget_length": millimetres(joint.budget.reference_length_m, 0) if joint.budget else "",
+        "budget_plot": budget_plot(joint.budget) if joint.budget else None,
+        "arm": arm_table(arm, joint.arm),
+        "free": sum(p.free for p in joint.arm),
+        "tolerances": tolerances_in_words(arm, joint.arm),
+        "head_std": head_std_table(joint),
+        "noise": noise_table(arm, joint.noise),
+        "blocks": block_table(joint.blocks),
+        "correlations": correlation_table(joint),
+    }
+
+
 def _link5_text(calibration: Calibration, T_link5_head: Floats) -> str:
     return matrix_text(T_link5_head, unobserved_of(calibration, lambda c: np.asarray(c.T_link5_head)))
 
@@ -238,8 +194,9 @@ def _cell(
 def _ruler(check: LengthCheck) -> dict[str, Any]:
     """The length standard: certificate, Table II, statistics and the plots."""
     certified_m, band_m = check.standard.length_m, 2.0 * check.standard.uncertainty_m
-    statistics_after, statistics_before = _errors(check)
-    after = ErrorSeries("after", "after", check.after_m - certified_m)
+    statistics_after, statistics_before = check_statistics(check)
+    halves_m = None if check.std_m is None else COVERAGE_95 * np.hypot(check.std_m, check.standard.uncertainty_m)
+    after = ErrorSeries("after", "after", check.after_m - certified_m, halves_m)
     plots: list[tuple[str, Markup]] = []
     zoomed = "Errors after"
     if check.before_m is not None and statistics_before is not None:
@@ -256,4 +213,5 @@ def _ruler(check: LengthCheck) -> dict[str, Any]:
         "statistics": length_statistics_table(check),
         "plots": plots,
         "before": check.before_m is not None,
+        "intervals": check.std_m is not None,
     }

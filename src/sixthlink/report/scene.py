@@ -227,7 +227,8 @@ def _triad(eye: _Eye, cell: Cell) -> list[Markup]:
         u, v = start + (tip - start) * 1.12
         parts.append(outline(np.stack([start, tip]), f"triad t{axis}", closed=False))
         parts.append(text(float(u), float(v) + 4, "xyz"[axis], f"label t{axis}", anchor="middle"))
-    parts.append(text(float(start[0]) - 8, float(start[1]) + 16, "base", "label", anchor="end"))
+    inside = max(float(start[0]) - 8, MARGIN)  # the word needs as much room as the margin gives
+    parts.append(text(inside, float(start[1]) + 16, "base", "label", anchor="end"))
     return parts
 
 
