@@ -43,8 +43,8 @@ def noise_gate(evidence: JointEvidence) -> Gate:
         "model explains the data",
         ratio <= LARGEST_NOISE_RATIO,
         f"χ² per degree of freedom {evidence.chi2_per_dof:.2f} under the stated noise; the joints scatter {ratio:.2f} "
-        f"times what the robot's file states, at most {LARGEST_NOISE_RATIO:.0f} times is accepted (the intervals are "
-        "widened accordingly)",
+        f"times what the robot's file states, at most {LARGEST_NOISE_RATIO:.0f} times is accepted"
+        + ("; the intervals are as wide as that noise makes them" if ratio > 1.0 else ""),
         "check the robot's kinematics, the joint order and units, the target's size, and that the robot stood still",
     )
 

@@ -14,7 +14,7 @@ from sixthlink.geometry import Floats
 from sixthlink.recording import EYE_TO_HAND, Recording, placement_indices, selected, shots_of_kind
 from sixthlink.robot import Arm
 
-__all__ = ["joint_data", "middle_of_target"]
+__all__ = ["joint_data", "middle_of_target", "noise_ratio"]
 
 
 def joint_data(
@@ -50,7 +50,7 @@ def joint_data(
 def _pixel_noise(recording: Recording, usable: Usable, cameras: RigCalibration) -> tuple[Floats, Floats]:
     """Covariances ``(S, 6, 6)`` of the poses from the noise that the images show, and their derivatives by the rig."""
     assert usable.targets is not None  # noqa: S101 - the caller made sure
-    covariances: Floats = np.asarray(np.linalg.inv(usable.targets.informations)) * _noise_ratio(cameras) ** 2
+    covariances: Floats = np.asarray(np.linalg.inv(usable.targets.informations)) * noise_ratio(cameras) ** 2
     by_lens = usable.targets.by_rig
     if recording.target is not None and recording.target.half_turn is not None and usable.half_turned.any():
         # A target read from its other end has its origin elsewhere: noise and derivative are carried there.
@@ -62,7 +62,7 @@ def _pixel_noise(recording: Recording, usable: Usable, cameras: RigCalibration) 
     return covariances, by_lens
 
 
-def _noise_ratio(cameras: RigCalibration) -> float:
+def noise_ratio(cameras: RigCalibration) -> float:
     """Noise of the pixels as the images show it, over what the detector states."""
     return cameras.noise_px / float(np.sqrt(np.mean(cameras.detections.sigmas_px**2)))
 
@@ -87,7 +87,7 @@ def _scale_bars(
     sightings = MarkSightings(
         joints=recording.joints[shots],
         points_head=np.array([p.point_head for p in points]),
-        covariances=np.array([p.covariance for p in points]) * _noise_ratio(cameras) ** 2,
+        covariances=np.array([p.covariance for p in points]) * noise_ratio(cameras) ** 2,
         places=places,
         marks=np.array([p.mark for p in points], dtype=np.int64),
         repeatability_rad=repeatability_of(nominal),

@@ -29,11 +29,12 @@ from sixthlink.calibrate.joint import (
     BlockVerdict,
     Estimate,
     JointData,
+    NoiseEvidence,
     estimate,
     estimate_with_blocks,
     joint_evidence,
 )
-from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target
+from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target, noise_ratio
 from sixthlink.calibrate.unobserved import degenerate_motion
 from sixthlink.calibrate.usable import SolveOptions, Usable, motion_of, shot_evidence, usable_shots
 from sixthlink.calibrate.wrong_shots import wrong_shots
@@ -110,8 +111,10 @@ def calibrate_jointly(
         Ts_stand_target=found.fit.state.Ts_stand_target,
     )
     lens = solved.cameras.names if solved.cameras else ()
+    evidence = joint_evidence(nominal, found, solved.verdicts, lens, solved.data.stated)
     evidence = replace(
-        joint_evidence(nominal, found, solved.verdicts, lens, solved.data.stated),
+        evidence,
+        noise=tuple(_in_pixels(n, solved.cameras) for n in evidence.noise),
         budget=budget_of(solved.data, found, middle_of_target(recording)),
     )
     wrong = wrong_shots(recording, problem, usable, found)
@@ -206,6 +209,13 @@ def _with_evidence(cameras: RigCalibration | None, found: Estimate) -> RigCalibr
     stds[lens] = np.sqrt(np.diag(covariance))[: np.count_nonzero(lens)]
     evidence = tuple(replace(e, std=std) for e, std in zip(cameras.cameras, stds, strict=True))
     return replace(cameras, covariance=covariance, cameras=evidence)
+
+
+def _in_pixels(noise: NoiseEvidence, cameras: RigCalibration | None) -> NoiseEvidence:
+    """Noise of the pixels in pixels: as the images show it, beside what the detector states."""
+    if noise.origin != "pixels" or cameras is None:
+        return noise
+    return NoiseEvidence("pixels", "px", noise.size * cameras.noise_px, cameras.noise_px / noise_ratio(cameras))
 
 
 def _head(found: Estimate) -> Floats:

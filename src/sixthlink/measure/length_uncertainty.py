@@ -50,7 +50,8 @@ def length_stds(
     used = [p for p in points if recording.placements[p.shot] in placements]
     shots = np.array([p.shot for p in used], dtype=np.int64)
     numbers, names = placement_indices(recording, shots)
-    sizes = {n.origin: n.size for n in joint.noise}
+    # The joints' size is a multiple of the pattern; the pixels' is in pixels, beside what the detector states.
+    ratios = {n.origin: n.size if n.origin == "joints" else n.size / (n.stated or n.size) for n in joint.noise}
     seen = KnownLengths(
         joints=recording.joints[shots],
         points_head=np.array([p.point_head for p in used]),
@@ -70,6 +71,7 @@ def length_stds(
     linear = seen.linearised(JointState(arm, X=calibration.X, lens_step=np.zeros(unknowns.size)), columns)
     gradient = linear.shared[:, 0]
     variance = np.einsum("ri,ij,rj->r", gradient, joint.covariance, gradient)
-    variance += linear.noises["joints"][:, 0, 0] * sizes.get("joints", 1.0) ** 2 + linear.noises["pixels"][:, 0, 0]
+    for origin in ("joints", "pixels"):
+        variance += linear.noises[origin][:, 0, 0] * ratios.get(origin, 1.0) ** 2
     order = [names.index(name) for name in placements]
     return np.asarray(np.sqrt(variance)[order], dtype=np.float64)

@@ -142,6 +142,8 @@ def _size(arm: Arm, n: NoiseEvidence) -> tuple[str, str]:
         return _length(n.size), NOT_STATED if n.stated is None else _length(n.stated)
     if n.unit == "rad":
         return _angle(n.size), NOT_STATED if n.stated is None else _angle(n.stated)
+    if n.unit == "px":
+        return _pixels(n.size), NOT_STATED if n.stated is None else f"{_pixels(n.stated)} by the detector"
     ratio = f"{fixed(n.size, 2)}{SPACE}× stated"
     if n.origin != "joints":
         return ratio, _SOURCES.get(n.origin, "")
@@ -152,6 +154,10 @@ def _size(arm: Arm, n: NoiseEvidence) -> tuple[str, str]:
         return size or f"{significant(n.size * unit, 3)} rad or m", NOT_STATED
     stated = _angle(n.stated * unit) + " " if turning else ""
     return f"{size}, {ratio}" if size else ratio, f"{stated}by the robot’s file"
+
+
+def _pixels(size_px: float) -> str:
+    return f"{fixed(size_px, 4)}{SPACE}px"
 
 
 def _angle(angle_rad: float) -> str:

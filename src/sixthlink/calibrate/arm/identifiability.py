@@ -21,6 +21,9 @@ __all__ = ["Visibility", "visibility"]
 UNSEEN = 1e-3
 """A pivot below this share of the maker's tolerance is rounding or a direction that nothing in the data moves."""
 
+TIE = 1e-6
+"""Advantage of a parameter over the one before it: far below any real difference, far above rounding."""
+
 PARTNER = 0.2
 """Share from which another parameter is named as doing the same."""
 
@@ -45,7 +48,8 @@ def visibility(factor: Floats, parameters: Sequence[ArmParameter]) -> tuple[Visi
     A = len(parameters)
     if A == 0:
         return ()
-    block = factor[-A:, -A:] * np.array([p.sigma for p in parameters])
+    # Of two that do exactly the same, rounding must not choose: the later one is preferred, as Hayati's d.
+    block = factor[-A:, -A:] * np.array([p.sigma for p in parameters]) * (1.0 + TIE * np.arange(A))
     R, order = sla.qr(block, mode="r", pivoting=True, check_finite=False)
     pivots = np.abs(np.diag(R))
     rank = int(np.count_nonzero(pivots > UNSEEN))

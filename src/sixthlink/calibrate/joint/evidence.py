@@ -55,7 +55,7 @@ class NoiseEvidence:
 
     Attributes:
         origin: ``joints``, ``pixels``, ``standard``, or for recorded poses ``across``, ``along``, ``tilt``, ``roll``.
-        unit: Unit of the size; ``-`` for a multiple of what was stated.
+        unit: ``m``, ``rad`` or ``px``; ``-`` for a multiple of what was stated.
         size: The size that the estimate used.
         stated: The size stated beforehand, or None.
     """
