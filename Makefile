@@ -6,7 +6,7 @@ PYTHON := .venv/bin/python
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check bench wheel clean
+.PHONY: help install demo test check bench study wheel clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed 's/:.*## /\t/' | expand -t 12
@@ -44,6 +44,9 @@ bench: .venv/.ready .venv-cv4/.ready  ## figures of the docs: the paper's cell, 
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/solver_times.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/closed_forms_against_opencv.py
 
+study: .venv/.ready  ## 2,000 simulated recordings four times over (a quarter of an hour on two cores); goes on where it was stopped
+	$(PYTHON) benchmarks/honest_uncertainty.py study 2000
+
 .venv-cv4/.ready: | $(UV)
 	test -x .venv-cv4/bin/python || $(UV) venv --quiet --python python3 .venv-cv4
 	$(UV) pip install --quiet --python .venv-cv4/bin/python numpy scipy clarabel 'opencv-python-headless==4.14.*'
@@ -53,4 +56,4 @@ wheel: .venv/.ready  ## build the wheel into dist/
 	$(UV) build --quiet --wheel
 
 clean:  ## remove everything that the targets made
-	rm -rf .tools .venv .venv-cv4 dist $(DEMO)
+	rm -rf .tools .venv .venv-cv4 dist study $(DEMO)
