@@ -44,7 +44,7 @@ bench: .venv/.ready .venv-cv4/.ready  ## figures of the docs: the paper's cell, 
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/solver_times.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/closed_forms_against_opencv.py
 
-study: .venv/.ready  ## 2,000 simulated recordings four times over (a quarter of an hour on two cores); goes on where it was stopped
+study: .venv/.ready  ## thousands of simulated recordings judge the uncertainties (half an hour on two cores; goes on where it was stopped)
 	$(PYTHON) benchmarks/honest_uncertainty.py study 2000
 
 .venv-cv4/.ready: | $(UV)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,12 @@ from sixthlink.study import Study
 from sixthlink.workflow import named_study, run_study, workers
 
 TRIALS = 4
+LOOPBACK = {
+    "host": "127.0.0.1",
+    "dashboard_address": "127.0.0.1:0",  # any free port: a cluster of somebody else may hold the usual one
+    "worker_dashboard_address": None,
+    "scheduler_kwargs": {"dashboard": False},
+}
 
 
 def asked(**other) -> Study:
@@ -26,9 +33,9 @@ def asked(**other) -> Study:
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory) -> Path:
-    """The table of an uninterrupted study by two local processes."""
+    """The table of an uninterrupted study by a local process."""
     path = tmp_path_factory.mktemp("study") / "local.csv"
-    run_study(path, asked(), progress=Silent(), workers=2)
+    run_study(path, asked(), progress=Silent(), workers=1)
     return path
 
 
@@ -47,20 +54,20 @@ def trials_of(path: Path) -> set[tuple[int, int]]:
     return {(row.point, row.trial) for row in read_study(path)[1]}
 
 
-def test_a_dask_cluster_gives_the_same_table_bit_for_bit(table, tmp_path, monkeypatch):
-    settings = {"host": "127.0.0.1", "dashboard_address": None, "worker_dashboard_address": None}
-    with LocalCluster(n_workers=0, threads_per_worker=1, processes=True, **settings) as cluster:
-        address = cluster.scheduler_address
-        monkeypatch.setattr(workers, "PATIENCE_S", 0.3)
-        with pytest.raises(InputError, match=r"has no workers.*dask worker tcp://127"):
-            run_study(tmp_path / "idle.csv", asked(), progress=Silent(), scheduler=address)
-        monkeypatch.setattr(workers, "PATIENCE_S", 60.0)
-        cluster.scale(1)
-        run_study(tmp_path / "dask.csv", asked(), progress=Silent(), scheduler=address)
-    assert (tmp_path / "dask.csv").read_bytes() == table.read_bytes()
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[str]:
+    """Address of a scheduler on the loopback address, with one worker process."""
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, **LOOPBACK) as started:
+        yield started.scheduler_address
 
 
-def test_stopped_and_gone_on_with_is_the_same_table(table, tmp_path):
+def test_a_dask_cluster_gives_the_same_table_bit_for_bit(table, cluster, tmp_path):
+    path = tmp_path / "dask.csv"
+    run_study(path, asked(), progress=Silent(), scheduler=cluster)
+    assert path.read_bytes() == table.read_bytes()
+
+
+def test_stopped_here_and_gone_on_with_on_a_cluster_is_the_same_table(table, cluster, tmp_path):
     path = tmp_path / "stopped.csv"
     with pytest.raises(Interrupted, match="the same command goes on"):
         run_study(path, asked(), progress=StopsAfter(3), workers=1)
@@ -69,8 +76,16 @@ def test_stopped_and_gone_on_with_is_the_same_table(table, tmp_path):
     with path.open("ab") as file:  # and the power went while the next trial was written
         file.write(b"0,3,head.x,m,0.0,1.25e-0")
     assert trials_of(path) == kept
-    run_study(path, asked(), progress=Silent(), workers=1)
+    run_study(path, asked(), progress=Silent(), scheduler=cluster)
     assert path.read_bytes() == table.read_bytes()
+
+
+def test_a_scheduler_without_workers_is_said_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "WORKERS_S", 0.3)
+    with LocalCluster(n_workers=0, processes=True, **LOOPBACK) as idle:
+        address = idle.scheduler_address
+        with pytest.raises(InputError, match=f"has no workers.*start some with 'dask worker {address}'"):
+            run_study(tmp_path / "t.csv", asked(), progress=Silent(), scheduler=address)
 
 
 def test_a_finished_table_is_only_judged(table, tmp_path):
@@ -110,7 +125,7 @@ def test_any_other_file_is_left_alone(tmp_path, text):
 
 
 def test_a_scheduler_that_does_not_answer_is_said_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, "PATIENCE_S", 0.3)
+    monkeypatch.setattr(workers, "ANSWER_S", 0.3)
     with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:1: does not answer.*start one with 'dask scheduler'"):
         run_study(tmp_path / "t.csv", asked(), progress=Silent(), scheduler="tcp://127.0.0.1:1")
     monkeypatch.setitem(sys.modules, "distributed", None)

@@ -94,11 +94,10 @@ def planned(scenario: Scenario, nominal_arm: Arm, *, seed: int) -> Plan:
     Ts_base_target = np.stack([truth.Ts_base_placement[n] for n in boards])
     Ts_base_ruler = np.stack([truth.Ts_base_placement[n] for n in rulers])
     marks_base = transform_points(Ts_base_ruler[lengths], ruler_marks(truth.standard_length_m)[ends])
-    Ts_base_head = chain_poses(chain_of_arm(truth.arm), recording.joints) @ truth.T_flange_head
-    Ts_head_base = inverse(Ts_base_head)
-    Ts_head_target = Ts_head_base[at_board] @ Ts_base_target[placements]
+    Ts_head_base = inverse(chain_poses(chain_of_arm(truth.arm), recording.joints) @ truth.T_flange_head)
+    boards_head = Ts_head_base[at_board] @ Ts_base_target[placements]
     marks_head = transform_points(Ts_head_base[at_ruler], marks_base)
-    noise_px = scenario.pixel_noise_px
+    rig, noise_px = truth.rig, scenario.pixel_noise_px
     empty = joined([])
     return Plan(
         cell=replace(cell, recording=replace(recording, pixels=empty), truth=replace(truth, pixels=empty)),
@@ -111,12 +110,12 @@ def planned(scenario: Scenario, nominal_arm: Arm, *, seed: int) -> Plan:
         joints=recording.joints[at_board],
         placements=placements,
         Ts_base_target=Ts_base_target,
-        covariances=np.stack([_pose_covariance(truth.rig, T, board.points_m, noise_px) for T in Ts_head_target]),
+        covariances=np.stack([_pose_covariance(rig, T, board.points_m, noise_px) for T in boards_head]),
         ruler_joints=recording.joints[at_ruler],
         lengths=lengths,
         ends=ends,
         marks_base=marks_base,
-        mark_covariances=np.stack([_mark_covariance(truth.rig, p, noise_px) for p in marks_head]),
+        mark_covariances=np.stack([_mark_covariance(rig, p, noise_px) for p in marks_head]),
         length_m=truth.standard_length_m,
         length_names=rulers,
     )

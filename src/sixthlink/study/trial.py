@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from sixthlink.calibrate.joint import Estimate, estimate
 from sixthlink.calibrate.observations import JointState, KnownLengths
@@ -24,7 +24,7 @@ CHI2, FAILED, JOINT_NOISE = "chi2_per_dof", "failed", "noise.joints"
 MAHALANOBIS, REJECTED = "mahalanobis2_per_dof", "rejected"
 """Rows that are no unknowns; every trial ends with ``CHI2`` or consists of ``FAILED``."""
 
-WITHIN_95 = float(norm.isf(0.025))
+WITHIN_95 = float(-ndtri(0.025))
 """Half the width of a 95 % interval, in standard deviations."""
 
 MOTION = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")

@@ -106,7 +106,7 @@ def run_study(
                 f"{what}; {out} keeps {len(done)} finished trials, and the same command goes on from there"
             ) from stop
         write_study(out, settings, rows)
-    return summaries(row for row in rows if row.trial < study.trials), Outcome({"table": out})
+    return summaries((row for row in rows if row.trial < study.trials), study.source), Outcome({"table": out})
 
 
 def _settings(study: Study) -> dict[str, Any]:

@@ -22,7 +22,7 @@ __all__ = ["executor_for"]
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
-PATIENCE_S = 10.0
+ANSWER_S, WORKERS_S = 10.0, 10.0
 """How long a scheduler may take to answer, and a first worker to appear [s]."""
 
 
@@ -68,7 +68,7 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
         cure = "pip install 'sixthlink[cluster]', or leave out --scheduler to use this machine's cores"
         raise _unusable(address, "needs the package distributed, which is not installed", cure) from problem
     try:
-        client = distributed.Client(address, timeout=PATIENCE_S, set_as_default=False)
+        client = distributed.Client(address, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError) as problem:
         cure = "start one with 'dask scheduler', give the address that it prints, or leave out --scheduler"
         raise _unusable(address, f"does not answer ({problem})", cure) from problem
@@ -86,7 +86,7 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
 def _ready_workers(client: Any, address: str) -> int:
     """Number of threads of the cluster's workers, all of which have the software of this process."""
     try:
-        client.wait_for_workers(1, timeout=PATIENCE_S)
+        client.wait_for_workers(1, timeout=WORKERS_S)
     except TimeoutError as problem:
         cure = f"start some with 'dask worker {address}'"
         raise _unusable(address, "has no workers", cure) from problem
