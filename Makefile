@@ -6,7 +6,7 @@ PYTHON := .venv/bin/python
 DEMO := demo
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check bench wheel clean
+.PHONY: help install demo test check bench study wheel clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed 's/:.*## /\t/' | expand -t 12
@@ -48,6 +48,9 @@ bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs,
 	OMP_NUM_THREADS=1 .venv-peers/bin/python benchmarks/global_search.py
 	OMP_NUM_THREADS=1 .venv-peers/bin/python benchmarks/joint_times.py
 
+study: .venv/.ready  ## thousands of simulated recordings judge the uncertainties (half an hour on two cores; goes on where it was stopped)
+	$(PYTHON) benchmarks/honest_uncertainty.py study 2000
+
 .venv-cv4/.ready: | $(UV)
 	test -x .venv-cv4/bin/python || $(UV) venv --quiet --python python3 .venv-cv4
 	$(UV) pip install --quiet --python .venv-cv4/bin/python numpy scipy clarabel 'opencv-python-headless==4.14.*'
@@ -62,4 +65,4 @@ wheel: .venv/.ready  ## build the wheel into dist/
 	$(UV) build --quiet --wheel
 
 clean:  ## remove everything that the targets made
-	rm -rf .tools .venv .venv-cv4 .venv-peers dist $(DEMO)
+	rm -rf .tools .venv .venv-cv4 .venv-peers dist study $(DEMO)

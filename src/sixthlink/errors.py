@@ -8,7 +8,8 @@
     ├── CalibrationError        the files are fine but the data cannot carry the estimate (exit code 2)
     │   ├── TooFewShotsError    fewer usable shots than the estimate needs
     │   └── DegenerateMotionError  the motion leaves a direction of the head unseen
-    └── Cancelled               the user stopped a long step; nothing was written
+    ├── Cancelled               the user stopped a long step; nothing was written
+    └── Interrupted             long work was stopped that can be gone on with; what was finished is kept
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ __all__ = [
     "Finding",
     "IndependenceError",
     "InputError",
+    "Interrupted",
     "SixthlinkError",
     "TooFewShotsError",
 ]
@@ -101,3 +103,7 @@ class DegenerateMotionError(CalibrationError):
 
 class Cancelled(SixthlinkError):  # noqa: N818 - a wish of the user, not an error of anybody
     """The user stopped a long step; nothing was written."""
+
+
+class Interrupted(SixthlinkError):  # noqa: N818 - often a wish of the user, not an error of anybody
+    """Long work was stopped that can be gone on with; the message says what was kept."""

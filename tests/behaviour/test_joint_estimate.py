@@ -71,7 +71,7 @@ def test_exact_shots_give_the_arm_back_as_far_as_it_can_be_seen():
 def test_parameters_that_repeat_others_stay_nominal_and_say_why():
     found = estimate(drawn(np.random.default_rng(1)).data)
     reasons = {p.name: v.reason for p, v in zip(found.parameters, found.visibility, strict=True) if not v.seen}
-    assert set(reasons) >= {"d1", "theta6", "d6", "a6", "alpha6"}
+    assert set(reasons) >= {"theta1", "d1", "theta6", "d6", "a6", "alpha6"}
     assert len({"d2", "d3"} & set(reasons)) == 1
     assert any("d3" in r or "d2" in r for r in reasons.values())
     assert all(reasons.values())

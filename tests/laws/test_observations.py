@@ -179,3 +179,13 @@ def test_a_length_is_that_of_the_points_in_space():
     points = transform_points(flange_poses(arm, seen.joints) @ state.X, seen.points_head)
     expected = [np.linalg.norm(points[2] - points[:2].mean(0)), np.linalg.norm(points[4:].mean(0) - points[3])]
     assert seen.linearised(state, Columns()).residuals[:, 0] + 1.0 == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("fixed_head", [False, True])
+def test_shots_as_predicted_leave_no_residual(fixed_head):
+    rng = np.random.default_rng(5)
+    arm = load_arm("franka_fr3", folder=Path())
+    state = replace(state_of(arm, rng), lens_step=np.zeros(0))
+    seen = replace(shots(arm, state, rng, fixed_head=fixed_head), by_lens=np.zeros((0, 6, 0)))
+    other = replace(state, X=random_transforms(rng, 1, 0.3)[0])
+    assert np.abs(seen.as_predicted(other).linearised(other, Columns()).residuals).max() < 1e-12

@@ -10,13 +10,25 @@ from typing import Any
 
 import click
 
-from sixthlink.errors import InputError, SixthlinkError
+from sixthlink.errors import InputError, Interrupted, SixthlinkError
 from sixthlink.progress import Progress, Silent
 
-__all__ = ["EXIT_INPUT", "EXIT_OK", "EXIT_OURS", "EXIT_REFUSED", "fail", "print_json", "progress_bars"]
+__all__ = [
+    "EXIT_INPUT",
+    "EXIT_INTERRUPTED",
+    "EXIT_OK",
+    "EXIT_OURS",
+    "EXIT_REFUSED",
+    "fail",
+    "print_json",
+    "progress_bars",
+]
 
 EXIT_OK, EXIT_REFUSED, EXIT_INPUT, EXIT_OURS = 0, 1, 2, 3
 """Accepted; done but a gate refuses; the input is at fault; our fault."""
+
+EXIT_INTERRUPTED = 130
+"""What shells report of a program that was stopped by Ctrl-C: long work that can be gone on with."""
 
 SHOWN_FINDINGS = 100
 """Findings that a terminal is given to read; one mistake in a long table can make thousands."""
@@ -66,6 +78,8 @@ def fail(problem: Exception, *, as_json: bool) -> None:
         print_json({"error": type(problem).__name__, "message": str(problem), "findings": findings})
     else:
         click.echo(_in_words(problem, ours=ours), err=True)
+    if isinstance(problem, Interrupted):
+        sys.exit(EXIT_INTERRUPTED)
     sys.exit(EXIT_OURS if ours else EXIT_INPUT)
 
 
@@ -81,4 +95,4 @@ def _in_words(problem: Exception, *, ours: bool) -> str:
         shown = "\n".join(str(finding) for finding in problem.findings[:SHOWN_FINDINGS])
         more = f", the first {SHOWN_FINDINGS} shown, all with --json" if count > SHOWN_FINDINGS else ""
         return f"{shown}\n{count} finding{'s' if count != 1 else ''}{more}; nothing was written."
-    return f"{problem}\nNothing was written."
+    return str(problem) if isinstance(problem, Interrupted) else f"{problem}\nNothing was written."

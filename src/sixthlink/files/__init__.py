@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         write_result,
     )
     from sixthlink.files.skeleton import write_skeleton
+    from sixthlink.files.study_table import append_trial, read_study, write_study
     from sixthlink.files.truth_file import write_truth
     from sixthlink.files.urdf import arm_from_urdf
 
@@ -32,6 +33,7 @@ _ROOMS = {
     "recording_writer": ("write_recording",),
     "result_file": ("RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"),
     "skeleton": ("write_skeleton",),
+    "study_table": ("append_trial", "read_study", "write_study"),
     "truth_file": ("write_truth",),
     "urdf": ("arm_from_urdf",),
 }
@@ -39,6 +41,7 @@ _HOMES = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
     "RESULT_SCHEMA",
+    "append_trial",
     "arm_from_urdf",
     "atomic_write_bytes",
     "atomic_write_text",
@@ -51,6 +54,7 @@ __all__ = [
     "read_grey_image",
     "read_recording",
     "read_result",
+    "read_study",
     "result_as_dict",
     "result_from_dict",
     "write_arm",
@@ -58,6 +62,7 @@ __all__ = [
     "write_recording",
     "write_result",
     "write_skeleton",
+    "write_study",
     "write_truth",
 ]
 

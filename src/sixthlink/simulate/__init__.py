@@ -1,8 +1,12 @@
 """A cell with known truth: arm, head and targets with errors, and images by the simulator's own ray path."""
 
 from sixthlink.simulate.cell import simulate_cell
+from sixthlink.simulate.kinematics import chain_of_arm, chain_poses
+from sixthlink.simulate.manufacture import built_arm, built_rig, mounted_head, printed_points
+from sixthlink.simulate.optics import sensor_positions
 from sixthlink.simulate.render import render_image
 from sixthlink.simulate.scenario import SCENARIOS, Scenario
+from sixthlink.simulate.sightings import ruler_marks, true_pixels
 from sixthlink.simulate.truth import GroundTruth, SimulatedCell
 
 __all__ = [
@@ -10,6 +14,15 @@ __all__ = [
     "GroundTruth",
     "Scenario",
     "SimulatedCell",
+    "built_arm",
+    "built_rig",
+    "chain_of_arm",
+    "chain_poses",
+    "mounted_head",
+    "printed_points",
     "render_image",
+    "ruler_marks",
+    "sensor_positions",
     "simulate_cell",
+    "true_pixels",
 ]

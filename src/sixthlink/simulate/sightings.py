@@ -12,7 +12,7 @@ from sixthlink.simulate.kinematics import chain_of_arm, chain_poses
 from sixthlink.simulate.optics import sensor_positions
 from sixthlink.simulate.truth import GroundTruth
 
-__all__ = ["mark_points", "target_poses", "true_pixels"]
+__all__ = ["ruler_marks", "target_poses", "true_pixels"]
 
 
 def target_poses(truth: GroundTruth, placements: Sequence[str], shots: Sequence[int]) -> Floats:
@@ -27,7 +27,7 @@ def target_poses(truth: GroundTruth, placements: Sequence[str], shots: Sequence[
     return inverse(Ts_base_head) @ np.stack([truth.Ts_base_placement[placements[i]] for i in shots])
 
 
-def mark_points(length_m: float) -> Floats:
+def ruler_marks(length_m: float) -> Floats:
     """Marks A and B ``(2, 3)`` of a ruler in its frame [m]."""
     return np.array([[0.0, 0.0, 0.0], [length_m, 0.0, 0.0]])
 
@@ -42,7 +42,7 @@ def true_pixels(recording: Recording, truth: GroundTruth, sigma_px: float) -> De
     """
     N = len(recording.ids)
     names = recording.standard.marks if recording.standard is not None else ()
-    every_point, marks = np.arange(len(truth.points_m)), mark_points(truth.standard_length_m)
+    every_point, marks = np.arange(len(truth.points_m)), ruler_marks(truth.standard_length_m)
     tables = []
     for i, T_head_target in enumerate(target_poses(truth, recording.placements, range(N))):
         if recording.marks[i]:

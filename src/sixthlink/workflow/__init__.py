@@ -7,6 +7,15 @@ has succeeded, and every write is atomic.
 from sixthlink.workflow.calibration import calibrate_folder, compare_folder
 from sixthlink.workflow.outcome import Outcome
 from sixthlink.workflow.simulation import simulate_folder
+from sixthlink.workflow.study import named_study, run_study
 from sixthlink.workflow.verification import verify_folder
 
-__all__ = ["Outcome", "calibrate_folder", "compare_folder", "simulate_folder", "verify_folder"]
+__all__ = [
+    "Outcome",
+    "calibrate_folder",
+    "compare_folder",
+    "named_study",
+    "run_study",
+    "simulate_folder",
+    "verify_folder",
+]

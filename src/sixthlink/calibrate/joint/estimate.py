@@ -17,7 +17,14 @@ from sixthlink.calibrate.joint.consensus import limit, student_weights
 from sixthlink.calibrate.joint.data import JointData, observations_of, start_of
 from sixthlink.calibrate.joint.noise import fitted_covariances, shared_covariance, updated_scales
 from sixthlink.calibrate.joint.problem import Fit, JointProblem, Scales, Weights, solve
-from sixthlink.calibrate.observations import Columns, JointState, covariances, mahalanobis, whitened
+from sixthlink.calibrate.observations import (
+    Columns,
+    JointState,
+    TargetPoseShots,
+    covariances,
+    mahalanobis,
+    whitened,
+)
 from sixthlink.geometry import Floats
 from sixthlink.solvers import reduced
 
@@ -135,12 +142,17 @@ def _weights(fit: Fit, kind: int, block: str, scales: Scales, old: Floats, *, ro
 
 
 def _seen(data: JointData, wanted: Sequence[ArmParameter], state: JointState, scales: Scales) -> tuple[Visibility, ...]:
-    """Which parameters of the arm the data see, by the rank-revealing factor of all of them together."""
+    """Which parameters of the arm the data see, by the rank-revealing factor of all of them together.
+
+    The shots are taken as predicted: a residual's own lever would make parameters that only move the base, and so are
+    the placements' business, look as if they were seen.
+    """
     columns = _columns(data, tuple(wanted))
     at = replace(state, arm_step=np.zeros(len(wanted)))
     problem = _problem(data, columns)
     lens_rows = problem.prior[len(wanted) :]
-    white = [(o.block, whitened(o.linearised(at, columns), scales)) for o in problem.observations]
+    predicted = [o.as_predicted(at) if isinstance(o, TargetPoseShots) else o for o in problem.observations]
+    white = [(o.block, whitened(o.linearised(at, columns), scales)) for o in predicted]
     names = dict.fromkeys(block for block, _ in white)
     sets = [[w for block, w in white if block == name] for name in names]
     small = reduced(sets, np.column_stack([lens_rows, np.zeros(len(lens_rows))]))

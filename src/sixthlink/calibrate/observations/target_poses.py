@@ -8,14 +8,15 @@ For a fixed head the target rides on the flange; the loop closes at the same poi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from sixthlink.calibrate.arm import arm_motions
 from sixthlink.calibrate.observations.linearised import Linearised
 from sixthlink.calibrate.observations.state import Columns, JointState
-from sixthlink.geometry import Floats, Ints, hat, motion_between
+from sixthlink.geometry import Floats, Ints, hat, inverse, motion_between
+from sixthlink.robot import flange_poses
 
 __all__ = ["TargetPoseShots", "carried"]
 
@@ -69,6 +70,14 @@ class TargetPoseShots:
         noises = {"joints": _squared(by_flange @ by_joint * self.repeatability_rad)}
         noises |= {name: head_axes @ pattern @ np.swapaxes(head_axes, 1, 2) for name, pattern in self.noises.items()}
         return Linearised(residuals, shared, -_twice(Ts_base_stand[:, :3, :3]), self.placements, noises)
+
+    def as_predicted(self, state: JointState) -> TargetPoseShots:
+        """The same shots as they would be seen at a state without any error."""
+        assert state.X is not None  # noqa: S101
+        Ts_base_flange = flange_poses(state.arm, self.joints)
+        Ts_stand_target = state.Ts_stand_target[self.placements]
+        outer = inverse(Ts_base_flange) if self.fixed_head else Ts_base_flange
+        return replace(self, Ts_head_target=inverse(outer @ state.X) @ Ts_stand_target)
 
 
 def carried(levers_m: Floats) -> Floats:
