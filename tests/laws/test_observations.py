@@ -15,6 +15,7 @@ from sixthlink.calibrate.observations import (
     FixedPointTouches,
     JointState,
     KnownLengths,
+    MeasuredPoints,
     SocketDistances,
     TargetPoseShots,
     moved,
@@ -64,6 +65,8 @@ def state_of(arm, rng) -> JointState:
         arm_step=np.zeros(0),
         Ts_stand_target=random_transforms(rng, 2),
         points_m=rng.normal(0, 0.5, (2, 2, 3)),
+        reflectors_m=rng.normal(0, 0.1, (2, 3)),
+        Ts_base_instrument=random_transforms(rng, 2),
     )
 
 
@@ -96,7 +99,9 @@ def lengths(arm, state, rng, *, fixed_head: bool) -> KnownLengths:
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("kind", ["shots", "shots fixed", "lengths", "lengths fixed", "touches", "distances"])
+@pytest.mark.parametrize(
+    "kind", ["shots", "shots fixed", "lengths", "lengths fixed", "touches", "distances", "measured"]
+)
 def test_derivatives_are_those_of_the_residual(robot, kind):
     rng = np.random.default_rng(1)
     arm = load_arm(robot, folder=Path())
@@ -111,8 +116,15 @@ def test_derivatives_are_those_of_the_residual(robot, kind):
             joints(arm, rng, 4), np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]), np.full(len(arm.joints), 5e-5)
         ),
         "distances": lambda: SocketDistances(np.array([0, 1]), 0.05, 1e-4),
+        "measured": lambda: MeasuredPoints(
+            joints(arm, rng, 4),
+            rng.normal(0, 1, (4, 3)),
+            np.array([0, 0, 1, 1]),
+            np.array([0, 1, 1, 0]),
+            np.full(len(arm.joints), 5e-5),
+        ),
     }[kind]()
-    columns = Columns(head=True, tool=True, lens=2, arm=free)
+    columns = Columns(head=True, tool=True, reflectors=2, lens=2, arm=free)
     linear = seen.linearised(state, columns)
 
     def residuals(shared, own):

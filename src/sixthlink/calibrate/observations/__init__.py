@@ -9,6 +9,7 @@ from sixthlink.calibrate.observations.linearised import (
     mahalanobis,
     whitened,
 )
+from sixthlink.calibrate.observations.measured_points import MeasuredPoints
 from sixthlink.calibrate.observations.state import Columns, JointState, moved
 from sixthlink.calibrate.observations.target_poses import TargetPoseShots, carried
 
@@ -18,6 +19,7 @@ __all__ = [
     "JointState",
     "KnownLengths",
     "Linearised",
+    "MeasuredPoints",
     "Observations",
     "SocketDistances",
     "TargetPoseShots",
