@@ -204,6 +204,14 @@ def test_the_folder_speaks_the_same_from_end_to_end(tmp_path):
     assert json.loads(exact.stdout)["placements"][0]["std_m"] is None
 
 
+@pytest.mark.parametrize("command", [["compare"], ["calibrate", "--solve", "paper"]])
+def test_what_is_for_heads_is_refused_in_words(command, tmp_path):
+    write_recording(tmp_path, recorded(touched(np.random.default_rng(10))), robot={"name": "franka_panda"})
+    done = run(command[0], str(tmp_path), *command[1:])
+    assert done.exit_code == 2
+    assert "touches have none" in done.output
+
+
 def test_touches_that_calibrated_cannot_verify(tmp_path):
     rng = np.random.default_rng(9)
     recording = recorded(touched(rng, contact_m=3e-5, errors=noisy(rng)))

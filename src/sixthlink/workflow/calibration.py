@@ -20,7 +20,7 @@ from sixthlink.calibrate import (
 )
 from sixthlink.calibrate.touches import ArmCalibration
 from sixthlink.detect import detect
-from sixthlink.errors import Finding, InputError
+from sixthlink.errors import CalibrationError, Finding, InputError
 from sixthlink.files import (
     atomic_write_text,
     image_reader,
@@ -46,6 +46,8 @@ def compare_folder(
 ) -> tuple[SolverScore, ...]:
     """Every solver on a recording folder, judged on shots and placements that it did not see; writes nothing."""
     recording = shots_for(read_recording(folder, arm=arm), ("calibrate",))
+    if recording.touched:
+        raise CalibrationError("compare judges solvers for a head, and touches have none; use sixthlink calibrate")
     cameras, _ = _seen_by_cameras(folder, recording, progress)
     problem = problem_of_recording(recording, cameras, options)
     return compare_solvers(problem, seed=options.seed, progress=progress)
@@ -80,6 +82,8 @@ def calibrate_folder(
     recording = _with_holdout(recording, holdout, options.seed)
     target = out or folder / "result"
     if recording.touched:
+        if solve == "paper":
+            raise CalibrationError("eq. (11) finds a head, and touches have none; leave out --solve paper")
         return calibrate_touches(recording, target, noise=options.noise, progress=progress)
     cameras, rejections = _seen_by_cameras(folder, recording, progress)
     detections = cameras.detections if cameras else None

@@ -144,6 +144,8 @@ def _seen(data: JointData, wanted: Sequence[ArmParameter], state: JointState, sc
     names = dict.fromkeys(block for block, _ in white)
     sets = [[w for block, w in white if block == name] for name in names]
     small = reduced(sets, np.column_stack([lens_rows, np.zeros(len(lens_rows))]))
+    if data.shots is None:
+        return visibility(small.factor, wanted, others="the points on the flange or where they were found")
     return visibility(small.factor, wanted)
 
 

@@ -18,7 +18,7 @@ from scipy.stats import t
 
 from sixthlink.geometry import Floats
 
-__all__ = ["CorrelatedRows", "MixedFit", "mixed_fit"]
+__all__ = ["CorrelatedRows", "MixedFit", "mixed_fit", "weighted_fit"]
 
 ROUNDS, HALVINGS = 40, 8
 SETTLED = 1e-2
@@ -115,8 +115,12 @@ def mixed_fit(data: CorrelatedRows, start: Floats) -> MixedFit:
         variances, now = tried, new
         if settled:
             break
-    by_variance, doubt = _doubts(data, now, variances)
-    return MixedFit(now.step, now.covariance, variances, by_variance, doubt, now.cost)
+    return _answer(data, now, variances, _doubt(data, now, variances))
+
+
+def weighted_fit(data: CorrelatedRows, sizes: MixedFit) -> MixedFit:
+    """Unknowns under variances that another fit, of part of the same data, has found."""
+    return _answer(data, _solved(data, sizes.variances), sizes.variances, sizes.doubt)
 
 
 def _solved(data: CorrelatedRows, variances: Floats) -> _Solved:
@@ -156,10 +160,16 @@ def _information(data: CorrelatedRows, now: _Solved) -> tuple[Floats, Floats]:
     return products.reshape(k, -1) @ turned.T, products
 
 
-def _doubts(data: CorrelatedRows, now: _Solved, variances: Floats) -> tuple[Floats, Floats]:
+def _doubt(data: CorrelatedRows, now: _Solved, variances: Floats) -> Floats:
+    """Covariance of the variances: the inverse of their information."""
     information, _ = _information(data, now)
     scaled = variances[:, None] * information * variances
-    doubt = 2.0 * variances[:, None] * np.linalg.pinv(scaled, rcond=1e-10, hermitian=True) * variances
+    doubt: Floats = 2.0 * variances[:, None] * np.linalg.pinv(scaled, rcond=1e-10, hermitian=True) * variances
+    return doubt
+
+
+def _answer(data: CorrelatedRows, now: _Solved, variances: Floats, doubt: Floats) -> MixedFit:
     total = np.einsum("k,kij->ij", variances, data.patterns)
     carried = np.linalg.solve(total, data.rows) @ now.covariance
-    return np.swapaxes(carried, 0, 1)[None] @ data.patterns @ carried, doubt
+    by_variance = np.swapaxes(carried, 0, 1)[None] @ data.patterns @ carried
+    return MixedFit(now.step, now.covariance, variances, by_variance, doubt, now.cost)

@@ -13,13 +13,16 @@ import numpy as np
 
 from sixthlink.calibrate.joint import Estimate, JointData
 from sixthlink.calibrate.observations import Columns, FixedPointTouches, JointState, SocketDistances, moved
-from sixthlink.calibrate.touches.components import CorrelatedRows, MixedFit, mixed_fit
-from sixthlink.calibrate.touches.pose_errors import PARTS, SMOOTHNESS_RAD, error_patterns
-from sixthlink.geometry import Floats
+from sixthlink.calibrate.touches.components import CorrelatedRows, MixedFit, mixed_fit, weighted_fit
+from sixthlink.calibrate.touches.pose_errors import PARTS, SMOOTHNESS_RAD, error_patterns, sockets_of
+from sixthlink.geometry import Floats, Ints
 
 __all__ = ["SettledTouches", "settled_touches"]
 
 STEPS = 4
+MOST_FOR_SIZES = 250
+"""Touches from which the sizes of the errors are told; the time grows with the cube."""
+
 ARRIVED = 1e-3
 """Largest step, in standard deviations, at which the answer has arrived."""
 
@@ -72,31 +75,42 @@ def settled_touches(data: JointData, found: Estimate, *, parts: Sequence[str] = 
         parts: Parts of the errors that are considered.
     """
     assert data.touches is not None  # noqa: S101 - the caller has touches
-    touches = _kept(data.touches, found.kept[0])
+    kept = np.flatnonzero(found.kept[0])
+    touches, part = _chosen(data.touches, kept), _chosen(data.touches, _sample(data.touches, kept))
     state, columns = found.fit.state, found.problem.columns
-    contact = found.scales["contact"] ** 2
-    joints = found.scales["joints"] ** 2
-    chosen = [PARTS.index(part) for part in parts]
+    chosen = [PARTS.index(name) for name in parts]
 
-    def rows(at: JointState, smoothness_rad: float) -> CorrelatedRows:
-        whole = _rows(touches, data.distances, found, at, smoothness_rad)
+    def rows(of: FixedPointTouches, at: JointState, smoothness_rad: float) -> CorrelatedRows:
+        whole = _rows(of, data.distances, found, at, smoothness_rad)
         return replace(whole, patterns=whole.patterns[chosen])
 
+    contact, joints = found.scales["contact"] ** 2, found.scales["joints"] ** 2
     first = np.array([0.5 * joints, contact, 0.25 * joints, joints])[chosen]
-    fits = [mixed_fit(rows(state, ell), first) for ell in SMOOTHNESS_RAD]
+    fits = [mixed_fit(rows(part, state, ell), first) for ell in SMOOTHNESS_RAD]
     best = int(np.argmin([f.cost for f in fits]))
-    fit, ell = fits[best], SMOOTHNESS_RAD[best]
+    sizes, ell = fits[best], SMOOTHNESS_RAD[best]
+    fit = sizes if len(part.joints) == len(kept) else weighted_fit(rows(touches, state, ell), sizes)
     for _ in range(STEPS):
         state = _moved(state, columns, fit.step)
         size = np.abs(fit.step) / np.sqrt(np.diag(fit.covariance))
-        fit = mixed_fit(rows(state, ell), fit.variances)
+        sizes = mixed_fit(rows(part, state, ell), sizes.variances)
+        fit = sizes if len(part.joints) == len(kept) else weighted_fit(rows(touches, state, ell), sizes)
         if size.max() < ARRIVED:
             break
     return SettledTouches(_moved(state, columns, fit.step), columns, fit, ell)
 
 
-def _kept(touches: FixedPointTouches, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> FixedPointTouches:
-    return replace(touches, joints=touches.joints[kept], places=touches.places[kept], points=touches.points[kept])
+def _sample(touches: FixedPointTouches, kept: Ints) -> Ints:
+    """Touches that tell the sizes of the errors: all, or as many as are quickly worked with, evenly by socket."""
+    every = -(-len(kept) // MOST_FOR_SIZES)
+    by_socket = kept[np.argsort(sockets_of(touches)[kept], kind="stable")]
+    return np.sort(by_socket[::every])
+
+
+def _chosen(touches: FixedPointTouches, indices: Ints) -> FixedPointTouches:
+    return replace(
+        touches, joints=touches.joints[indices], places=touches.places[indices], points=touches.points[indices]
+    )
 
 
 def _moved(state: JointState, columns: Columns, step: Floats) -> JointState:
