@@ -106,6 +106,35 @@ def moveit_eye_to_hand_poses(data: Path, out: Path) -> Path:
     return write(folder, description, columns, rows)
 
 
+MUKCA = {"kuka_14": "kuka_lbr_iiwa14", "panda_1": "franka_panda", "panda_4_clean": "franka_panda"}
+"""Robots of mukca_two_socket_50mm, and how sixthlink calls them."""
+
+
+def mukca(data: Path, out: Path, robot: str, calibrate_at: str) -> Path:
+    """Joint angles with a ball in one of two sockets 50 mm apart; one place calibrates, the others are read."""
+    source = data / "mukca_two_socket_50mm" / robot
+    name = f"mukca_{robot}_{calibrate_at}"
+    description = (
+        f"schema: sixthlink-recording/1\nname: {name}\nunits: {{length: mm, angle: rad}}\n"
+        f"robot: {{name: {MUKCA[robot]}, positions: joints}}\n"
+        "length_standard: {length: 50, uncertainty: 0.1, mark: socket, marks: [socket_0, socket_1]}\n"
+        "observations: touches\n"
+    )
+    rows = []
+    for path in sorted(source.glob("*/socket_?.csv")):
+        place, socket = path.parent.name, path.stem
+        with path.open(newline="") as file:
+            joints = list(csv.reader(line for line in file if not line.startswith("#")))[1:]
+        kind = "calibrate" if place == calibrate_at else "verify"
+        rows += [[f"{place}_{socket}_{k:02d}", place, kind, socket, *q] for k, q in enumerate(joints)]
+    return write(out / name, description, ["mark", *(f"q{j}" for j in range(1, 8))], rows)
+
+
+def mukca_two_socket_50mm(data: Path, out: Path) -> Path:
+    """The first of these: the KUKA, calibrated where it stands in front."""
+    return mukca(data, out, "kuka_14", "front")
+
+
 CONVERTERS = (denso_tabb_ds1, rosi_charuco_static_camera, fr3_joint_camera, moveit_eye_to_hand_poses)
 
 
@@ -113,7 +142,7 @@ def main() -> None:
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     data, out = Path(sys.argv[1]), Path(sys.argv[2])
-    for convert in CONVERTERS:
+    for convert in (*CONVERTERS, mukca_two_socket_50mm):
         if (data / convert.__name__).is_dir():
             sys.stdout.write(f"{convert(data, out)}\n")
 

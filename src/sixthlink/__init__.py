@@ -8,9 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sixthlink.calibrate import Calibration, SolveOptions
+    from sixthlink.calibrate.touches import ArmCalibration
     from sixthlink.camera import Camera, CameraRig
     from sixthlink.errors import CalibrationError, Finding, InputError, SixthlinkError
-    from sixthlink.files import load_arm, read_arm, read_recording, read_result, write_arm, write_result
+    from sixthlink.files import (
+        load_arm,
+        read_arm,
+        read_arm_result,
+        read_recording,
+        read_result,
+        write_arm,
+        write_arm_result,
+        write_result,
+    )
     from sixthlink.measure import LengthCheck, LengthStatistics, statistics
     from sixthlink.recording import Detections, Recording, Rejection
     from sixthlink.robot import (
@@ -26,6 +36,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Arm": "robot",
+    "ArmCalibration": "calibrate.touches",
     "Calibration": "calibrate",
     "CalibrationError": "errors",
     "Camera": "camera",
@@ -50,17 +61,20 @@ _HOMES = {
     "load_arm": "files",
     "paper_numbers_from_transform": "robot",
     "read_arm": "files",
+    "read_arm_result": "files",
     "read_recording": "files",
     "read_result": "files",
     "simulate_folder": "workflow",
     "statistics": "measure",
     "verify_folder": "workflow",
     "write_arm": "files",
+    "write_arm_result": "files",
     "write_result": "files",
 }
 
 __all__ = [
     "Arm",
+    "ArmCalibration",
     "Calibration",
     "CalibrationError",
     "Camera",
@@ -85,12 +99,14 @@ __all__ = [
     "load_arm",
     "paper_numbers_from_transform",
     "read_arm",
+    "read_arm_result",
     "read_recording",
     "read_result",
     "simulate_folder",
     "statistics",
     "verify_folder",
     "write_arm",
+    "write_arm_result",
     "write_result",
 ]
 

@@ -52,3 +52,23 @@ def test_sets_add_up_and_parts_of_a_set_share_their_blocks():
     apart = reduced([[first], [second]], prior)
     assert len(apart.own) == 2
     assert apart.unexplained < together.unexplained
+
+
+def test_an_own_unknown_that_nothing_touches_stays_where_it_is():
+    """As if it were not there: a socket that one place has and another has not."""
+    rng = np.random.default_rng(8)
+    equations, _ = system(rng, own=3)
+    here = equations.own.copy()
+    here[equations.blocks == 2, 1] = 0.0
+    silent = Equations(equations.residuals, equations.shared, here, equations.blocks)
+    small = reduced([[silent]])
+    dense = np.zeros((len(here), 5 + 12))
+    dense[:, :5] = silent.shared
+    for b in range(4):
+        dense[silent.blocks == b, 5 + 3 * b : 8 + 3 * b] = here[silent.blocks == b]
+    expected = np.linalg.lstsq(dense, -silent.residuals)[0]
+    step = -np.linalg.solve(small.factor, small.right)
+    assert step == pytest.approx(expected[:5], abs=1e-10)
+    own = own_steps(small.own[0], step)
+    assert own.ravel() == pytest.approx(expected[5:], abs=1e-10)
+    assert own[2, 1] == 0.0

@@ -16,6 +16,7 @@ from sixthlink.calibrate.observations import (
     JointState,
     KnownLengths,
     MarkSightings,
+    MeasuredPoints,
     SocketDistances,
     TargetPoseShots,
     moved,
@@ -66,6 +67,8 @@ def state_of(arm, rng) -> JointState:
         Ts_stand_target=random_transforms(rng, 2),
         points_m=rng.normal(0, 0.5, (2, 2, 3)),
         marks_m=rng.normal(0, 0.5, (2, 2, 3)),
+        reflectors_m=rng.normal(0, 0.1, (2, 3)),
+        Ts_base_instrument=random_transforms(rng, 2),
     )
 
 
@@ -110,7 +113,7 @@ def sightings(arm, rng, *, fixed_head: bool) -> MarkSightings:
     )
 
 
-KINDS = ("shots", "shots fixed", "lengths", "lengths fixed", "marks", "marks fixed", "touches", "distances")
+KINDS = ("shots", "shots fixed", "lengths", "lengths fixed", "marks", "marks fixed", "touches", "distances", "measured")
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -131,8 +134,15 @@ def test_derivatives_are_those_of_the_residual(robot, kind):
             joints(arm, rng, 4), np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]), np.full(len(arm.joints), 5e-5)
         ),
         "distances": lambda: SocketDistances(np.array([0, 1]), 0.05, 1e-4),
+        "measured": lambda: MeasuredPoints(
+            joints(arm, rng, 4),
+            rng.normal(0, 1, (4, 3)),
+            np.array([0, 0, 1, 1]),
+            np.array([0, 1, 1, 0]),
+            np.full(len(arm.joints), 5e-5),
+        ),
     }[kind]()
-    columns = Columns(head=True, tool=True, lens=2, arm=free)
+    columns = Columns(head=True, tool=True, reflectors=2, lens=2, arm=free)
     linear = seen.linearised(state, columns)
 
     def residuals(shared, own):

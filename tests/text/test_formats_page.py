@@ -41,6 +41,13 @@ def test_example_of_pixels_is_read(tmp_path: Path) -> None:
     assert pixels is not None and pixels.points.tolist() == [0, 1, 0] and pixels.shots.tolist() == [0, 0, 3]
 
 
+def test_example_of_touches_is_read(tmp_path: Path) -> None:
+    (tmp_path / "recording.yaml").write_text(example("yaml", "observations: touches"), encoding="utf-8")
+    (tmp_path / "shots.csv").write_text(example("csv", "mark,shot"), encoding="utf-8")
+    recording = read_recording(tmp_path)
+    assert recording.touched and recording.marks == ("left", "left", "right", "left", "right")
+
+
 def test_tables_name_every_section_key_orientation_and_target() -> None:
     for section in SECTIONS:
         assert f"| `{section}" in PAGE, section

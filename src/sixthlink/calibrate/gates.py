@@ -6,7 +6,7 @@ from sixthlink.calibrate.calibration import Gate
 from sixthlink.calibrate.head import GAP_TOLERANCE, Certificate
 from sixthlink.calibrate.joint import JointEvidence
 
-__all__ = ["gates_of", "noise_gate"]
+__all__ = ["gates_of", "noise_gate", "used_gate"]
 
 MINIMUM_USED_SHARE = 0.5
 """Share of the calibration shots that must have been usable for the result to be accepted."""
@@ -19,12 +19,7 @@ LARGEST_NOISE_RATIO = 20.0
 def gates_of(recorded: int, used: int, certificate: Certificate) -> tuple[Gate, ...]:
     """The gates of a calibration with ``used`` of ``recorded`` shots."""
     return (
-        _gate(
-            "enough shots used",
-            used >= MINIMUM_USED_SHARE * recorded,
-            f"{used} of {recorded} calibration shots were usable, at least {MINIMUM_USED_SHARE:.0%} are needed",
-            "the rejections say what to change",
-        ),
+        used_gate(recorded, used),
         _gate(
             "proven minimum",
             certificate.certified,
@@ -32,6 +27,16 @@ def gates_of(recorded: int, used: int, certificate: Certificate) -> tuple[Gate, 
             f"{GAP_TOLERANCE:.0e} is accepted",
             "more swarms or iterations help, or shots with less noise",
         ),
+    )
+
+
+def used_gate(recorded: int, used: int) -> Gate:
+    """Whether most calibration shots could be used."""
+    return _gate(
+        "enough shots used",
+        used >= MINIMUM_USED_SHARE * recorded,
+        f"{used} of {recorded} calibration shots were usable, at least {MINIMUM_USED_SHARE:.0%} are needed",
+        "the rejections say what to change",
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sixthlink.calibrate import ArmEvidence, Budget, Calibration, HeldOut, JointEvidence
 from sixthlink.units import DEG, MM
 
-__all__ = ["joint_lines"]
+__all__ = ["arm_lines", "joint_lines", "noise_line"]
 
 CORRELATIONS = 5
 """Correlated pairs that are listed; the result file has all of them."""
@@ -17,7 +17,7 @@ def joint_lines(calibration: Calibration) -> list[str]:
     if calibration.joint is not None:
         joint = calibration.joint
         lines += _uncertainty(joint)
-        lines += _arm(joint.arm)
+        lines += arm_lines(joint.arm)
         lines += [
             f"block {b.block:<11}{'entered' if b.entered else 'left out'}: held-out shots gain {b.gain:.3f} ± "
             f"{b.standard_error:.3f} in -2 log likelihood each"
@@ -37,14 +37,17 @@ def _uncertainty(joint: JointEvidence) -> list[str]:
     std = joint.head_std
     position = "  ".join(f"{std[f'{axis}_m'] / MM:.4f}" for axis in "xyz")
     turn = "  ".join(f"{std[f'rotation_{axis}_rad'] / DEG:.5f}" for axis in "xyz")
+    return [f"head, standard deviation   x y z {position} mm   about x y z {turn}°", noise_line(joint)]
+
+
+def noise_line(joint: JointEvidence) -> str:
+    """How far the stated noise explains the data, and how large it is."""
     noise = ", ".join(f"{n.origin} {_size(n.size, n.unit)}" for n in joint.noise)
-    return [
-        f"head, standard deviation   x y z {position} mm   about x y z {turn}°",
-        f"χ² per degree of freedom {joint.chi2_per_dof:.3f} ({joint.dof} degrees); noise: {noise}",
-    ]
+    return f"χ² per degree of freedom {joint.chi2_per_dof:.3f} ({joint.dof} degrees); noise: {noise}"
 
 
-def _arm(parameters: tuple[ArmEvidence, ...]) -> list[str]:
+def arm_lines(parameters: tuple[ArmEvidence, ...]) -> list[str]:
+    """Every parameter of the arm, nominal and calibrated."""
     lines = [f"{'arm':<18}{'nominal':>14}{'calibrated':>14}{'± std':>10}"]
     for p in parameters:
         unit, scale = _display(p.unit)

@@ -174,10 +174,9 @@ def calibrate(
     observable_rest: bool,
     as_json: bool,
 ) -> int:
-    """Calibrate the head of a RECORDING folder; leave result.json and report.html."""
+    """Calibrate a RECORDING folder, head and arm, or the arm alone from touches; leave result.json and report.html."""
     from sixthlink.calibrate import SolveOptions
-    from sixthlink.cli.summaries import calibration_summary
-    from sixthlink.files import result_as_dict
+    from sixthlink.cli.summaries import calibration_as_dict, calibration_summary
     from sixthlink.solvers import SwarmBudget
     from sixthlink.workflow import calibrate_folder
 
@@ -189,7 +188,7 @@ def calibrate(
         )
     files = {name: str(path) for name, path in outcome.files.items()}
     if as_json:
-        print_json(result_as_dict(result) | {"files": files})
+        print_json(calibration_as_dict(result) | {"files": files})
     else:
         click.echo(calibration_summary(result, files))
     return 0 if result.accepted else EXIT_REFUSED

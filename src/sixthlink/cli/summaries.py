@@ -15,20 +15,39 @@ from sixthlink.calibrate import (
     unobserved_names,
     unobserved_of,
 )
+from sixthlink.calibrate.touches import ArmCalibration
 from sixthlink.cli.joint_summary import joint_lines
+from sixthlink.cli.touch_summary import touch_summary
+from sixthlink.files import arm_result_as_dict, result_as_dict
 from sixthlink.geometry import Floats
 from sixthlink.measure import LengthCheck, LengthStatistics, statistics
 from sixthlink.robot import HeadLink, PaperNumbers
 from sixthlink.units import DEG, MM
 
-__all__ = ["calibration_summary", "check_as_dict", "check_summary", "comparison_as_dict", "comparison_summary"]
+__all__ = [
+    "calibration_as_dict",
+    "calibration_summary",
+    "check_as_dict",
+    "check_summary",
+    "comparison_as_dict",
+    "comparison_summary",
+]
 
 NOT_OBSERVED = "not observed"
 """What is written instead of a number that the recording cannot know."""
 
 
-def calibration_summary(calibration: Calibration, files: Mapping[str, str]) -> str:
+def calibration_as_dict(calibration: Calibration | ArmCalibration) -> dict[str, Any]:
+    """The JSON object of a calibration, as its result file has it."""
+    if isinstance(calibration, ArmCalibration):
+        return arm_result_as_dict(calibration)
+    return result_as_dict(calibration)
+
+
+def calibration_summary(calibration: Calibration | ArmCalibration, files: Mapping[str, str]) -> str:
     """A calibration in a dozen lines."""
+    if isinstance(calibration, ArmCalibration):
+        return touch_summary(calibration, files)
     scatter = calibration.scatter
     frame = "T_flange_camera" if calibration.T_link5_head is not None else "T_base_camera"
     lines = [

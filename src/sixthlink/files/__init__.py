@@ -5,6 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sixthlink.files.arm_file import load_arm, maker_names, read_arm, write_arm
+    from sixthlink.files.arm_result_file import (
+        ARM_RESULT_SCHEMA,
+        arm_result_as_dict,
+        arm_result_from_dict,
+        read_arm_result,
+        write_arm_result,
+    )
     from sixthlink.files.atomic import atomic_write_bytes, atomic_write_text
     from sixthlink.files.detections_file import read_detections, write_detections
     from sixthlink.files.images import image_reader, read_grey_image
@@ -25,6 +32,13 @@ if TYPE_CHECKING:
 
 _ROOMS = {
     "arm_file": ("load_arm", "maker_names", "read_arm", "write_arm"),
+    "arm_result_file": (
+        "ARM_RESULT_SCHEMA",
+        "arm_result_as_dict",
+        "arm_result_from_dict",
+        "read_arm_result",
+        "write_arm_result",
+    ),
     "atomic": ("atomic_write_bytes", "atomic_write_text"),
     "detections_file": ("read_detections", "write_detections"),
     "images": ("image_reader", "read_grey_image"),
@@ -40,9 +54,12 @@ _ROOMS = {
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names}
 
 __all__ = [
+    "ARM_RESULT_SCHEMA",
     "RESULT_SCHEMA",
     "append_trial",
     "arm_from_urdf",
+    "arm_result_as_dict",
+    "arm_result_from_dict",
     "atomic_write_bytes",
     "atomic_write_text",
     "file_sha256",
@@ -50,6 +67,7 @@ __all__ = [
     "load_arm",
     "maker_names",
     "read_arm",
+    "read_arm_result",
     "read_detections",
     "read_grey_image",
     "read_recording",
@@ -58,6 +76,7 @@ __all__ = [
     "result_as_dict",
     "result_from_dict",
     "write_arm",
+    "write_arm_result",
     "write_detections",
     "write_recording",
     "write_result",

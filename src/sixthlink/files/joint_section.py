@@ -19,7 +19,7 @@ from sixthlink.calibrate import (
 )
 from sixthlink.robot import Arm
 
-__all__ = ["arm_as_dict", "arm_from_dict", "joint_as_dict", "joint_from_dict"]
+__all__ = ["arm_as_dict", "arm_from_dict", "evidence_as_dict", "joint_as_dict", "joint_from_dict"]
 
 TAKEN_AS_EXACT = "taken as exact: the head alone was estimated"
 
@@ -29,6 +29,11 @@ def joint_as_dict(c: Calibration) -> dict[str, Any]:
     joint = c.joint
     if joint is None:
         return {"chi2_per_dof": None, "budget": None, "joint": None}
+    return evidence_as_dict(joint)
+
+
+def evidence_as_dict(joint: JointEvidence) -> dict[str, Any]:
+    """The proof of a joint estimate, without the arm's parameters, which stand with the arm."""
     return {
         "chi2_per_dof": joint.chi2_per_dof,
         "budget": None if joint.budget is None else asdict(joint.budget),

@@ -7,12 +7,19 @@ from pathlib import Path
 
 from sixthlink.files.recording_head import head_of
 from sixthlink.files.recording_robot import Robot, robot_of
-from sixthlink.files.recording_schema import TARGET_POSES, StandardSection, TargetPosesSection, target_model
+from sixthlink.files.recording_schema import (
+    JOINTS,
+    TARGET_POSES,
+    TOUCHES,
+    StandardSection,
+    TargetPosesSection,
+    target_model,
+)
 from sixthlink.files.schema_findings import did_you_mean, said, validated
 from sixthlink.files.sections import Sections, add_finding
 from sixthlink.geometry import ORIENTATIONS, Orientation
-from sixthlink.recording import Head
-from sixthlink.target import TARGET_KINDS, LengthStandard, Target
+from sixthlink.recording import EYE_IN_HAND, Head
+from sixthlink.target import SOCKET, TARGET_KINDS, LengthStandard, Target
 from sixthlink.units import ANGLE_UNITS, LENGTH_UNITS
 
 __all__ = ["Description", "described"]
@@ -24,7 +31,7 @@ class Description:
 
     Attributes:
         name: Name for people.
-        mount: ``eye-in-hand`` or ``eye-to-hand``.
+        mount: ``eye-in-hand`` or ``eye-to-hand``; touches are made by a ball in the hand.
         length_m: Metres per unit of length.
         angle_rad: Radians per unit of angle.
         robot: The robot.
@@ -32,7 +39,7 @@ class Description:
         target: The target, or None.
         standard: The length standard, or None.
         marks: Names of the length standard's marks, empty without a standard, None while that is unknown.
-        observations: ``images``, ``pixels`` or ``target-poses``.
+        observations: ``images``, ``pixels``, ``target-poses`` or ``touches``.
         target_orientation: Convention of measured target poses, or None.
         target_direction: ``T_head_target`` or ``T_target_head``, or None.
     """
@@ -60,16 +67,21 @@ def described(sections: Sections, folder: Path, arm_path: Path | None) -> Descri
     if observations == TARGET_POSES and not sections.written("target_poses"):
         cure = 'write for example "target_poses: {orientation: quaternion-xyzw, direction: T_head_target}"'
         add_finding(sections, ("target_poses",), "is missing", "how the measured poses are written", cure)
-    if observations not in {None, TARGET_POSES} and sections.written("target_poses"):
+    if observations not in {None, TARGET_POSES, TOUCHES} and sections.written("target_poses"):
         what = f"is not for observations: {observations}"
         add_finding(sections, ("target_poses",), what, "", "remove it", at_key=True)
+    touched = observations == TOUCHES
+    robot = robot_of(sections, folder, arm_path)
+    if touched and robot.positions not in {None, JOINTS}:
+        cure = "record joint values, and name the robot"
+        add_finding(sections, ("robot", "positions"), f"is {robot.positions}", "joints for observations: touches", cure)
     return Description(
         name=sections.valid.get("name", ""),
-        mount=sections.valid.get("mount", ""),
+        mount=EYE_IN_HAND if touched else sections.valid.get("mount", ""),
         length_m=length_m,
         angle_rad=ANGLE_UNITS[units.angle] if units else None,
-        robot=robot_of(sections, folder, arm_path),
-        head=head_of(sections, length_m),
+        robot=robot,
+        head=Head(()) if touched else head_of(sections, length_m),
         target=_target(sections, length_m),
         standard=_standard(sections, length_m),
         marks=_marks(sections),
@@ -83,7 +95,9 @@ def _target(sections: Sections, length_m: float | None) -> Target | None:
     section = sections.valid.get("target")
     if not isinstance(section, dict):
         observations = sections.valid.get("observations")
-        if observations not in {None, TARGET_POSES} and (section is not None or not sections.written("target")):
+        if observations not in {None, TARGET_POSES, TOUCHES} and (
+            section is not None or not sections.written("target")
+        ):
             cure = 'write for example "target: {kind: chessboard, columns: 12, rows: 9, square: 20}"'
             add_finding(sections, ("target",), "is missing", f"a target for observations: {observations}", cure)
         return None
@@ -120,13 +134,31 @@ def _standard(sections: Sections, length_m: float | None) -> LengthStandard | No
     if first == second:
         add_finding(sections, ("length_standard", "marks"), "are the same", "two different names", "rename one")
         return None
+    if not _mark_fits(sections, section):
+        return None
     return LengthStandard(
         section.length * length_m,
         section.uncertainty * length_m,
         section.mark,
-        section.mark_diameter * length_m,
+        (section.mark_diameter or 0.0) * length_m,
         (first, second),
     )
+
+
+def _mark_fits(sections: Sections, section: StandardSection) -> bool:
+    """Sockets are touched and have no diameter, discs are seen and need one."""
+    before = len(sections.findings)
+    observations = sections.valid.get("observations")
+    if observations is not None and (section.mark == SOCKET) != (observations == TOUCHES):
+        expected = f"{SOCKET} for observations: {TOUCHES}, and only there"
+        cure = "write how the ends of the standard are found"
+        add_finding(sections, ("length_standard", "mark"), f"is {section.mark}", expected, cure)
+    elif section.mark == SOCKET and section.mark_diameter is not None:
+        add_finding(sections, ("length_standard", "mark_diameter"), "is not for sockets", "", "remove it", at_key=True)
+    elif section.mark != SOCKET and section.mark_diameter is None:
+        cure = 'write it, for example "mark_diameter: 24"'
+        add_finding(sections, ("length_standard", "mark_diameter"), "is missing", "", cure, at_key=True)
+    return len(sections.findings) == before
 
 
 def _marks(sections: Sections) -> tuple[str, ...] | None:

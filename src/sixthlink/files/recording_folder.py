@@ -15,7 +15,7 @@ from sixthlink.files.csv_table import CsvTable, read_csv
 from sixthlink.files.pixels_table import PixelNames, read_pixels
 from sixthlink.files.recording_description import Description, described
 from sixthlink.files.recording_robot import file_sha256
-from sixthlink.files.recording_schema import IMAGES, JOINTS, PIXELS, TARGET_POSES
+from sixthlink.files.recording_schema import IMAGES, JOINTS, PIXELS, TARGET_POSES, TOUCHES
 from sixthlink.files.sections import Sections, add_finding, read_sections
 from sixthlink.files.shot_positions import (
     check_limits,
@@ -101,11 +101,11 @@ def _layout(description: Description, *, calibrating: bool) -> ShotLayout:
     cameras: tuple[str, ...] | None = None if observations in {None, IMAGES} else ()
     if observations == IMAGES and head is not None:
         cameras = tuple(c.name for c in head.cameras)
-    targets: tuple[str, ...] | None = () if observations in {IMAGES, PIXELS} else None
+    targets: tuple[str, ...] | None = () if observations in {IMAGES, PIXELS, TOUCHES} else None
     if observations == TARGET_POSES and description.target_orientation is not None:
         targets = _target_columns(description.target_orientation)
     fewest = FEWEST_SHOTS if calibrating else 0
-    return ShotLayout(positions, targets, cameras, description.marks, why, fewest)
+    return ShotLayout(positions, targets, cameras, description.marks, why, fewest, observations == TOUCHES)
 
 
 def _target_columns(orientation: Orientation) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from pydantic import (
 from sixthlink.files.schema_findings import UNION_TAG, one_of
 from sixthlink.geometry import ORIENTATIONS
 from sixthlink.recording import MOUNTS
-from sixthlink.target import MARK_FINDERS, TARGET_KINDS
+from sixthlink.target import MARK_FINDERS, SOCKET, TARGET_KINDS
 from sixthlink.units import ANGLE_UNITS, LENGTH_UNITS
 
 __all__ = [
@@ -47,7 +47,7 @@ SCHEMA = "sixthlink-recording/1"
 CALIBRATE = "calibrate"
 NONE = "none"
 JOINTS, FLANGE_POSES = "joints", "flange-poses"
-IMAGES, PIXELS, TARGET_POSES = "images", "pixels", "target-poses"
+IMAGES, PIXELS, TARGET_POSES, TOUCHES = "images", "pixels", "target-poses", "touches"
 
 EXAMPLES = {
     "schema": f"schema: {SCHEMA}",
@@ -200,8 +200,8 @@ class StandardSection(_Section):
 
     length: Positive
     uncertainty: Positive
-    mark: Annotated[str, BeforeValidator(one_of(MARK_FINDERS))]
-    mark_diameter: Positive
+    mark: Annotated[str, BeforeValidator(one_of([*MARK_FINDERS, SOCKET]))]
+    mark_diameter: Positive | None = None
     marks: Annotated[list[Text], Field(min_length=2, max_length=2)] = ["A", "B"]
 
 
@@ -221,13 +221,16 @@ SECTIONS: dict[str, Any] = {
     "head": HeadSection,
     "target": Annotated[Annotated[Nothing, _WORD] | Annotated[dict[str, Any], _MAPPING], _CHOOSE],
     "length_standard": Annotated[Annotated[Nothing, _WORD] | Annotated[StandardSection, _MAPPING], _CHOOSE],
-    "observations": Annotated[str, BeforeValidator(one_of([IMAGES, PIXELS, TARGET_POSES]))],
+    "observations": Annotated[str, BeforeValidator(one_of([IMAGES, PIXELS, TARGET_POSES, TOUCHES]))],
     "target_poses": TargetPosesSection,
 }
 """Type of each section; each is judged by itself, so that a mistake in one does not hide those in another."""
 
 OPTIONAL = frozenset({"target", "length_standard", "target_poses"})
 """Sections that some recordings do without."""
+
+OF_A_HEAD = frozenset({"mount", "head", "target", "target_poses"})
+"""Sections that recordings of touches have not: nothing sees, nothing is seen."""
 
 
 def target_model(kind: str) -> tuple[type[BaseModel], dict[str, str]]:

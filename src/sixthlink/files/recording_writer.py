@@ -23,7 +23,7 @@ from sixthlink.files.shot_positions import joint_units, looks_like_other_unit
 from sixthlink.files.yaml_marks import yaml_text
 from sixthlink.geometry import ORIENTATIONS, Floats, values_from_rotations
 from sixthlink.recording import EYE_IN_HAND, CameraDescription, Recording
-from sixthlink.target import TARGET_KINDS, LengthStandard, Target
+from sixthlink.target import SOCKET, TARGET_KINDS, LengthStandard, Target
 from sixthlink.units import DEG, MM
 
 __all__ = ["write_recording"]
@@ -73,6 +73,8 @@ def _sections(recording: Recording, robot: Mapping[str, object]) -> dict[str, An
         "length_standard": _standard(recording.standard),
         "observations": _observations(recording),
     }
+    if recording.touched:
+        sections = {key: section for key, section in sections.items() if key not in {"mount", "head", "target"}}
     if recording.Ts_head_target is not None:
         sections["target_poses"] = {"orientation": _ORIENTATION, "direction": "T_head_target"}
     return sections
@@ -81,6 +83,8 @@ def _sections(recording: Recording, robot: Mapping[str, object]) -> dict[str, An
 def _observations(recording: Recording) -> str:
     if recording.pixels is not None:
         return "pixels"
+    if recording.touched:
+        return "touches"
     return "images" if recording.Ts_head_target is None else "target-poses"
 
 
@@ -144,11 +148,12 @@ def _target(target: Target | None) -> object:
 def _standard(standard: LengthStandard | None) -> object:
     if standard is None:
         return "none"
+    diameter = {} if standard.mark == SOCKET else {"mark_diameter": float(standard.mark_diameter_m / MM)}
     return {
         "length": float(standard.length_m / MM),
         "uncertainty": float(standard.uncertainty_m / MM),
         "mark": standard.mark,
-        "mark_diameter": float(standard.mark_diameter_m / MM),
+        **diameter,
         "marks": list(standard.marks),
     }
 

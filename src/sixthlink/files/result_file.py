@@ -6,7 +6,6 @@ object, with the list of written files added, is what ``sixthlink calibrate --js
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -27,9 +26,8 @@ from sixthlink.calibrate import (
     paper_numbers_of,
 )
 from sixthlink.camera import Camera, CameraRig
-from sixthlink.errors import Finding, InputError
-from sixthlink.files.atomic import atomic_write_text
 from sixthlink.files.joint_section import arm_as_dict, arm_from_dict, joint_as_dict, joint_from_dict
+from sixthlink.files.result_object import result_fault, result_object, write_object
 from sixthlink.files.unobserved import (
     filled,
     head_matrix,
@@ -45,14 +43,12 @@ from sixthlink.solvers import SwarmBudget
 __all__ = ["RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"]
 
 RESULT_SCHEMA = "sixthlink-result/1"
-MAXIMUM_BYTES = 64 * 1024 * 1024
 _CERTIFICATE_KEYS = {"value_m2": "value", "bound_m2": "bound"}
 
 
 def write_result(path: Path, calibration: Calibration) -> None:
     """Write a calibration; an older file stays whole until the new one is complete."""
-    text = json.dumps(result_as_dict(calibration), indent=1, ensure_ascii=False, allow_nan=False)
-    atomic_write_text(path, text + "\n")
+    write_object(path, result_as_dict(calibration))
 
 
 def read_result(path: Path) -> Calibration:
@@ -61,26 +57,17 @@ def read_result(path: Path) -> Calibration:
     Raises:
         InputError: The file is missing, too large, not JSON, of another schema or incomplete.
     """
-    if not path.is_file():
-        raise _fault(path, "", "no such file", "a result.json written by sixthlink calibrate", "run it first")
-    if path.stat().st_size > MAXIMUM_BYTES:
-        raise _fault(path, "", f"larger than {MAXIMUM_BYTES} bytes", "a result.json", "check the path")
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, UnicodeDecodeError, RecursionError) as problem:
-        raise _fault(path, "", f"not JSON ({problem})", "a result.json", "run sixthlink calibrate again") from None
-    if not isinstance(data, dict) or data.get("schema") != RESULT_SCHEMA:
-        found = data.get("schema") if isinstance(data, dict) else type(data).__name__
-        raise _fault(path, "schema", f"is {found!r}", repr(RESULT_SCHEMA), "read it with the release that wrote it")
+    data = result_object(path, RESULT_SCHEMA)
     if data.get("unobserved_motions") and np.array(data["unobserved_motions"]["motions"])[:, 3:].any():
         what = "the calibration has not observed " + "; ".join(data["unobserved"])
+        expected = "an orientation of the head, without which nothing is measured"
         cure = "record shots that turn the flange about two axes, and calibrate again"
-        raise _fault(path, "unobserved", what, "an orientation of the head, without which nothing is measured", cure)
+        raise result_fault(path, "unobserved", what, expected, cure)
     try:
         return result_from_dict(data)
     except (KeyError, TypeError, ValueError) as problem:
         cure = "the file was edited or cut; run sixthlink calibrate again"
-        raise _fault(path, str(problem), "missing or of the wrong shape", "a complete result", cure) from None
+        raise result_fault(path, str(problem), "missing or of the wrong shape", "a complete result", cure) from None
 
 
 def result_as_dict(calibration: Calibration) -> dict[str, Any]:
@@ -247,7 +234,3 @@ def _rig_from_list(entries: list[Mapping[str, Any]]) -> CameraRig | None:
 
 def _or_none(value: Any, convert: Callable[[Any], Any]) -> Any:
     return None if value is None else convert(value)
-
-
-def _fault(path: Path, field: str, what: str, expected: str, cure: str) -> InputError:
-    return InputError([Finding(str(path), field or "file", what, expected, cure)])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sixthlink.errors import Finding
-from sixthlink.files.recording_schema import EXAMPLES, OPTIONAL, SECTIONS
+from sixthlink.files.recording_schema import EXAMPLES, OF_A_HEAD, OPTIONAL, SECTIONS, TOUCHES
 from sixthlink.files.schema_findings import did_you_mean, said, validated
 from sixthlink.files.yaml_marks import Keys, MarkedYaml, yaml_finding
 
@@ -50,7 +50,12 @@ def read_sections(marked: MarkedYaml) -> Sections:
         if key not in SECTIONS:
             cure = did_you_mean(key, SECTIONS) or "remove it"
             add_finding(sections, (key,), "is not a section of a recording", ", ".join(SECTIONS), cure, at_key=True)
+    touched = marked.value.get("observations") == TOUCHES
     for key, type_ in SECTIONS.items():
+        if touched and key in OF_A_HEAD:
+            if key in marked.value:
+                add_finding(sections, (key,), f"is not for observations: {TOUCHES}", "", "remove it", at_key=True)
+            continue
         if key in marked.value:
             value, findings = validated(type_, marked, (key,), EXAMPLES)
             sections.findings.extend(findings)

@@ -23,6 +23,8 @@ FEWEST_SHOTS = 3
 
 CALIBRATE = KINDS[0]
 STANDARD_KINDS = tuple(kind for kind in KINDS if kind not in BOARD_KINDS)
+TOUCH_KINDS = (*BOARD_KINDS, "verify")
+"""Kinds of touches: where the standard calibrates, its length counts as known, so that there is no ``scale``."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,7 @@ class ShotLayout:
         marks: Names of the length standard's marks, empty without a standard, None while unknown.
         why: What the position columns follow from, for people.
         fewest: Calibrate shots that there must be.
+        touched: Whether every shot is the touch of a socket, which its mark names.
     """
 
     positions: tuple[str, ...] | None
@@ -44,6 +47,7 @@ class ShotLayout:
     marks: tuple[str, ...] | None
     why: str
     fewest: int = FEWEST_SHOTS
+    touched: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,7 @@ class Shots:
         ids: Name of each shot.
         placements: Placement of each shot.
         kinds: Kind of each shot.
-        marks: Mark of each shot, empty for calibration shots.
+        marks: Mark of each shot, empty for shots that show the target.
         images: File name per shot, by camera; empty where that camera took none.
         positions: ``(N, P)`` numbers of the robot's position, or None when they cannot be told.
         targets: ``(N, T)`` numbers of the measured target poses, or None when there are none.
@@ -82,8 +86,11 @@ def read_shots(table: CsvTable, layout: ShotLayout, findings: list[Finding]) -> 
         targets=numbers(table, layout.targets, findings) if layout.targets else None,
     )
     _check_ids(table, shots, findings)
-    _check_kinds(table, shots.kinds, layout.fewest, findings)
-    if layout.marks is not None:
+    kinds = TOUCH_KINDS if layout.touched else KINDS
+    _check_kinds(table, shots.kinds, kinds, layout.fewest, findings)
+    if layout.touched:
+        _check_sockets(table, shots, layout.marks or (), findings)
+    elif layout.marks is not None:
         _check_marks(table, shots, layout.marks, findings)
     return shots
 
@@ -115,7 +122,7 @@ def check_image_files(
 def _check_columns(table: CsvTable, layout: ShotLayout, findings: list[Finding]) -> None:
     """Unknown columns can only be told when everything that asks for columns is known."""
     required = ["shot", "placement", "kind"]
-    if layout.marks and any(kind not in BOARD_KINDS for kind in column(table, "kind")):
+    if layout.touched or (layout.marks and any(kind not in BOARD_KINDS for kind in column(table, "kind"))):
         required.append("mark")
     required += [*(layout.positions or ()), *(layout.targets or ())]
     required += [f"image_{camera}" for camera in layout.cameras or ()]
@@ -141,14 +148,16 @@ def _check_ids(table: CsvTable, shots: Shots, findings: list[Finding]) -> None:
             findings.append(cell_finding(table, (i, "placement"), "is empty", "a name", cure))
 
 
-def _check_kinds(table: CsvTable, kinds: Sequence[str], fewest: int, findings: list[Finding]) -> None:
+def _check_kinds(
+    table: CsvTable, kinds: Sequence[str], allowed: Sequence[str], fewest: int, findings: list[Finding]
+) -> None:
     if "kind" not in table.header:
         return
     for i, kind in enumerate(kinds):
-        if kind not in KINDS:
-            cure = did_you_mean(kind, KINDS) or "write one of them"
+        if kind not in allowed:
+            cure = did_you_mean(kind, allowed) or "write one of them"
             what = f"is '{kind}'" if kind else "is empty"
-            findings.append(cell_finding(table, (i, "kind"), what, f"one of {', '.join(KINDS)}", cure))
+            findings.append(cell_finding(table, (i, "kind"), what, f"one of {', '.join(allowed)}", cure))
     usable = sum(kind == CALIBRATE for kind in kinds)
     if usable < fewest:
         expected = f"at least {fewest}, better 10 or more"
@@ -170,3 +179,20 @@ def _check_marks(table: CsvTable, shots: Shots, marks: tuple[str, ...], findings
             what = f"is '{mark}'" if mark else "is empty"
             cure = "write which mark of the length standard the shot shows"
             findings.append(cell_finding(table, (i, "mark"), what, f"one of {', '.join(marks)}", cure))
+
+
+def _check_sockets(table: CsvTable, shots: Shots, marks: tuple[str, ...], findings: list[Finding]) -> None:
+    """Every touch names its socket; the standard's own sockets must be among them where anything is touched."""
+    if "mark" not in table.header:
+        return
+    for i, mark in enumerate(shots.marks):
+        if not mark:
+            cure = "name the socket that the ball was in"
+            findings.append(cell_finding(table, (i, "mark"), "is empty", "the name of a socket", cure))
+    touched = tuple(dict.fromkeys(mark for mark in shots.marks if mark))
+    for mark in marks:
+        if touched and mark not in touched:
+            what = f"no shot touches '{mark}', a mark of the length standard"
+            expected = f"touches of {' and '.join(marks)}"
+            cure = did_you_mean(mark, touched) or f"the sockets touched are {', '.join(touched)}; name them alike"
+            findings.append(Finding(table.where, "mark", what, expected, cure))

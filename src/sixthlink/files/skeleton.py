@@ -76,6 +76,8 @@ length_standard: none
 #   marks: [A, B]                      # names of the two ends
 
 observations: images                   # or pixels (in pixels.csv), or target-poses (in shots.csv)
+# Or touches: a ball on the flange rests in a socket in every shot, which the column mark names. Then leave out mount,
+# head and target; length_standard, if any, has mark: socket, no mark_diameter, and as marks two of the sockets.
 # Only with target-poses, and mandatory there:
 # target_poses: {orientation: quaternion-xyzw, direction: T_head_target}
 """

@@ -92,7 +92,8 @@ class Recording:
         ids: Name of each shot.
         placements: Name of the target's (or the standard's) placement in each shot.
         kinds: One of ``KINDS`` per shot.
-        marks: Name of the mark of the length standard that a shot shows; empty for calibration shots.
+        marks: Name of the mark of the length standard that a shot shows, or of the socket that it touches; empty for
+            shots that show the target.
         joints: ``(N, J)`` joint values [rad or m], or None.
         Ts_base_flange: ``(N, 4, 4)`` flange poses as the controller reported them, or None.
         images: Per camera name, one file name per shot (empty where that camera took none).
@@ -118,6 +119,11 @@ class Recording:
     pixels: Detections | None = None
     Ts_head_target: Floats | None = None
     inputs: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def touched(self) -> bool:
+        """Whether every shot is a touch: a ball on the flange came to rest in a socket, and the joints were read."""
+        return not self.head.cameras and self.Ts_head_target is None
 
     def __post_init__(self) -> None:
         N = len(self.ids)

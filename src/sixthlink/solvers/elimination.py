@@ -74,7 +74,7 @@ class Reduced:
 
 
 def reduced(sets: Sequence[Sequence[Equations]], prior: Floats | None = None) -> Reduced:
-    """Eliminate the own unknowns of every block of every set.
+    """Eliminate the own unknowns of every block of every set; one that no row touches stays where it is.
 
     Args:
         sets: Sets of equations over the same shared unknowns; the parts of a set share their blocks too.
@@ -94,11 +94,17 @@ def reduced(sets: Sequence[Sequence[Equations]], prior: Floats | None = None) ->
         starts = np.searchsorted(blocks[order], np.arange(int(blocks.max()) + 2))
         kept = []
         for a, b in pairwise(starts):
-            R = triangle(rows[order[a:b]])
+            R = triangle(_regular(rows[order[a:b]], L))
             kept.append(R[:L])
             pool.append(R[L:, L:])
         own.append(np.stack(kept))
     return Reduced(triangle(np.concatenate(pool)), tuple(own))
+
+
+def _regular(rows: Floats, L: int) -> Floats:
+    """The rows of a block; an own unknown that none of them touches gets one that keeps it where it is."""
+    silent = np.flatnonzero(~rows[:, :L].any(axis=0))
+    return np.concatenate([rows, np.eye(rows.shape[1])[silent]]) if len(silent) else rows
 
 
 def own_steps(factors: Floats, shared_step: Floats) -> Floats:

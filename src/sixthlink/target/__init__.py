@@ -4,12 +4,13 @@ from collections.abc import Callable
 
 from sixthlink.target.charuco import Charuco
 from sixthlink.target.chessboard import Chessboard
-from sixthlink.target.length_standard import LengthStandard
+from sixthlink.target.length_standard import SOCKET, LengthStandard
 from sixthlink.target.quadrant import find_quadrant_mark
 from sixthlink.target.target import Found, GreyImage, NotFound, Target
 
 __all__ = [
     "MARK_FINDERS",
+    "SOCKET",
     "TARGET_KINDS",
     "Charuco",
     "Chessboard",

@@ -18,8 +18,9 @@ from sixthlink.calibrate import (
     compare_solvers,
     problem_of_recording,
 )
+from sixthlink.calibrate.touches import ArmCalibration
 from sixthlink.detect import detect
-from sixthlink.errors import Finding, InputError
+from sixthlink.errors import CalibrationError, Finding, InputError
 from sixthlink.files import (
     atomic_write_text,
     image_reader,
@@ -32,6 +33,7 @@ from sixthlink.progress import Progress
 from sixthlink.recording import Recording, Rejection, shots_of_kind
 from sixthlink.report import report_page
 from sixthlink.workflow.outcome import ARM, DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
+from sixthlink.workflow.touches import calibrate_touches
 
 __all__ = ["calibrate_folder", "compare_folder"]
 
@@ -44,6 +46,8 @@ def compare_folder(
 ) -> tuple[SolverScore, ...]:
     """Every solver on a recording folder, judged on shots and placements that it did not see; writes nothing."""
     recording = shots_for(read_recording(folder, arm=arm), ("calibrate",))
+    if recording.touched:
+        raise CalibrationError("compare judges solvers for a head, and touches have none; use sixthlink calibrate")
     cameras, _ = _seen_by_cameras(folder, recording, progress)
     problem = problem_of_recording(recording, cameras, options)
     return compare_solvers(problem, seed=options.seed, progress=progress)
@@ -58,7 +62,7 @@ def calibrate_folder(
     progress: Progress,
     solve: str = "auto",
     holdout: int = 0,
-) -> tuple[Calibration, Outcome]:
+) -> tuple[Calibration | ArmCalibration, Outcome]:
     """Calibrate a recording folder and leave result, detections, report, and the arm where it was calibrated too.
 
     Args:
@@ -70,9 +74,17 @@ def calibrate_folder(
         solve: ``joint`` for arm and head together, ``paper`` for the head alone by eq. (11), ``auto`` for joint where
             there are joint values and kinematics.
         holdout: Calibration shots to keep out of the fit and to judge it by, chosen by the seed.
+
+    Returns:
+        The calibration: of a head, or of the arm alone where the recording is of touches.
     """
     recording = shots_for(read_recording(folder, arm=arm), ("calibrate", "judge", "scale"))
     recording = _with_holdout(recording, holdout, options.seed)
+    target = out or folder / "result"
+    if recording.touched:
+        if solve == "paper":
+            raise CalibrationError("eq. (11) finds a head, and touches have none; leave out --solve paper")
+        return calibrate_touches(recording, target, noise=options.noise, progress=progress)
     cameras, rejections = _seen_by_cameras(folder, recording, progress)
     detections = cameras.detections if cameras else None
     joint = solve == "joint" or (solve == "auto" and recording.joints is not None and not options.observable_rest)
@@ -86,7 +98,6 @@ def calibrate_folder(
         created=now(),
         progress=progress,
     )
-    target = out or folder / "result"
     target.mkdir(parents=True, exist_ok=True)
     files = {"result": target / RESULT, "report": target / REPORT}
     if detections is not None:
@@ -101,7 +112,7 @@ def calibrate_folder(
 
 
 def _with_holdout(recording: Recording, holdout: int, seed: int) -> Recording:
-    """The recording with some calibration shots turned into judges, drawn evenly from the placements.
+    """The recording with some calibration shots turned into judges, drawn evenly from the placements (and sockets).
 
     Raises:
         InputError: A placement would be left with fewer than three shots.
@@ -109,12 +120,14 @@ def _with_holdout(recording: Recording, holdout: int, seed: int) -> Recording:
     if holdout == 0:
         return recording
     shots = np.random.default_rng(seed).permutation(shots_of_kind(recording, "calibrate"))
-    names = np.array(recording.placements)[shots]
+    groups = list(zip(recording.placements, recording.marks, strict=True))
+    number = {group: k for k, group in enumerate(dict.fromkeys(groups))}
+    names = np.array([number[group] for group in groups])[shots]
     # Turn by turn from every placement: the k-th shot of each comes before any k+1-th.
     turn = np.array([np.count_nonzero(names[:k] == name) for k, name in enumerate(names)])
     chosen = set(shots[np.argsort(turn, kind="stable")[:holdout]].tolist())
     kinds = tuple("judge" if i in chosen else kind for i, kind in enumerate(recording.kinds))
-    left = [recording.placements[i] for i, kind in enumerate(kinds) if kind == "calibrate"]
+    left = [number[groups[i]] for i, kind in enumerate(kinds) if kind == "calibrate"]
     if holdout > len(shots) or min((left.count(name) for name in set(names.tolist())), default=0) < FEWEST_LEFT:
         what = f"{holdout} of {len(shots)} calibrate shots would leave a placement with fewer than {FEWEST_LEFT}"
         expected = f"at least {FEWEST_LEFT} shots left in every placement"

@@ -17,6 +17,7 @@ from sixthlink.progress import Progress
 from sixthlink.recording import EYE_IN_HAND, Detections, Recording, Rejection, flange_poses_of, joined, with_arm
 from sixthlink.report import report_page
 from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for
+from sixthlink.workflow.touches import verify_touches
 
 __all__ = ["verify_folder"]
 
@@ -40,9 +41,11 @@ def verify_folder(
         IndependenceError: A verification shot was used for the calibration.
     """
     path = _result_path(folder, result)
-    calibration = read_result(path)
     whole = read_recording(folder, arm=arm, calibrating=False)
     recording = shots_for(whole, ("verify",))
+    if recording.touched:
+        return verify_touches(folder, recording, path, given_arm=arm is not None, progress=progress)
+    calibration = read_result(path)
     _check_independent(recording, calibration, folder)
     if calibration.rig is None:
         raise CalibrationError(

@@ -43,8 +43,16 @@ class Visibility:
     reason: str
 
 
-def visibility(factor: Floats, parameters: Sequence[ArmParameter]) -> tuple[Visibility, ...]:
-    """Judge ``A`` parameters by the triangular factor ``(G, G)`` of the data alone, their columns being its last."""
+def visibility(
+    factor: Floats, parameters: Sequence[ArmParameter], *, others: str = "the head or the placements"
+) -> tuple[Visibility, ...]:
+    """Judge parameters by what the data alone know of them.
+
+    Args:
+        factor: ``(G, G)`` triangular factor of all shared unknowns, the parameters' columns being its last.
+        parameters: The parameters.
+        others: What the unknowns before them are, for people.
+    """
     A = len(parameters)
     if A == 0:
         return ()
@@ -59,12 +67,13 @@ def visibility(factor: Floats, parameters: Sequence[ArmParameter]) -> tuple[Visi
         if place < rank:
             found[a] = Visibility(True, float(pivots[place]), "")
         else:
-            found[a] = Visibility(False, float(pivots[place]), _reason(parameters, order, repeats[:, place - rank]))
+            reason = _reason(parameters, order, repeats[:, place - rank], others)
+            found[a] = Visibility(False, float(pivots[place]), reason)
     return tuple(found[a] for a in range(A))
 
 
-def _reason(parameters: Sequence[ArmParameter], order: Floats, shares: Floats) -> str:
+def _reason(parameters: Sequence[ArmParameter], order: Floats, shares: Floats, others: str) -> str:
     partners = [parameters[int(order[k])].name for k in np.flatnonzero(np.abs(shares) > PARTNER)]
     if partners:
         return f"the data cannot tell it from {', '.join(partners)}"
-    return "the data cannot tell it from the head or the placements"
+    return f"the data cannot tell it from {others}"

@@ -1,7 +1,7 @@
 """Arm, head, placements, noise and verdicts in one estimate, with its covariance."""
 
 from sixthlink.calibrate.joint.blocks import BlockVerdict, estimate_with_blocks
-from sixthlink.calibrate.joint.data import HeadShots, JointData, observations_of, repeatability_of
+from sixthlink.calibrate.joint.data import HeadShots, JointData, observations_of, repeatability_of, start_of
 from sixthlink.calibrate.joint.estimate import Estimate, estimate
 from sixthlink.calibrate.joint.evidence import (
     ArmEvidence,
@@ -36,4 +36,5 @@ __all__ = [
     "repeatability_of",
     "shared_covariance",
     "solve",
+    "start_of",
 ]

@@ -19,12 +19,13 @@ from sixthlink.calibrate.observations import (
     FixedPointTouches,
     JointState,
     MarkSightings,
+    MeasuredPoints,
     Observations,
     SocketDistances,
     TargetPoseShots,
     carried,
 )
-from sixthlink.geometry import Floats
+from sixthlink.geometry import Floats, nearest_rotation
 from sixthlink.robot import Arm, flange_poses
 
 __all__ = ["HeadShots", "JointData", "looked_at", "observations_of", "pose_noises", "repeatability_of", "start_of"]
@@ -33,7 +34,7 @@ UNSTATED_REPEATABILITY_RAD = 1e-4
 """Where the noise estimate starts for an arm whose file states no repeatability."""
 
 FIRST_CONTACT_M = 2e-4
-"""Where the noise estimate of touches starts [m]."""
+"""Where the noise estimate of touches, and of measured points without a stated noise, starts [m]."""
 
 ROTATION_LENGTH_M = 1.0
 """ℓ of eq. (11) for the start."""
@@ -61,17 +62,18 @@ class HeadShots:
 
 @dataclass(frozen=True, eq=False)
 class JointData:
-    """Everything observed. At least one of ``shots`` and ``touches`` is there; the rest adds to it.
+    """Everything observed. At least one of ``shots``, ``touches`` and ``measured`` is there; the rest adds to it.
 
     Attributes:
         arm: The nominal arm.
         shots: Shots of targets.
         lens_covariance: ``(g, g)`` of the cameras' free unknowns, from the images.
-        lens_offset: ``(g,)`` how far the cameras already are from what the images alone say.
+        lens_offset: ``(g,)`` how far the cameras already are from what the images alone say; not at all by default.
         sightings: Marks of a length standard, seen by the head.
         certificate: Their certified distances.
         touches: Touches of fixed points.
         distances: Known distances between touched points.
+        measured: Points on the flange that an outside instrument measured.
     """
 
     arm: Arm
@@ -82,16 +84,19 @@ class JointData:
     certificate: SocketDistances | None = None
     touches: FixedPointTouches | None = None
     distances: SocketDistances | None = None
+    measured: MeasuredPoints | None = None
 
     def __post_init__(self) -> None:
-        if self.shots is None and self.touches is None:
-            raise ValueError("a joint calibration needs shots of a target or touches of fixed points")
+        if self.shots is None and self.touches is None and self.measured is None:
+            raise ValueError("a joint calibration needs shots of a target, touches or measured points")
+        if not len(self.lens_offset):
+            object.__setattr__(self, "lens_offset", np.zeros(len(self.lens_covariance)))
 
     @property
     def stated(self) -> Mapping[str, float]:
         """Origins of noise whose size is stated beforehand, as scales."""
         known = {"joints": 1.0} if self.arm.joint_repeatability_rad else {}
-        return known | {"pixels": 1.0, "standard": 1.0}
+        return known | {"pixels": 1.0, "standard": 1.0, "instrument": 1.0}
 
 
 def repeatability_of(arm: Arm) -> Floats:
@@ -100,16 +105,17 @@ def repeatability_of(arm: Arm) -> Floats:
 
 
 def observations_of(data: JointData) -> tuple[Observations, ...]:
-    """Every kind that was observed; those of single shots and touches, which can be wrong one by one, come first."""
+    """Every kind that was observed; those of single shots and points, which can be wrong one by one, come first."""
     shots = None if data.shots is None else _target_shots(data.shots, repeatability_of(data.arm))
-    kinds = (shots, data.touches, data.sightings, data.certificate, data.distances)
+    kinds = (shots, data.touches, data.measured, data.sightings, data.certificate, data.distances)
     return tuple(kind for kind in kinds if kind is not None)
 
 
 def start_of(data: JointData) -> tuple[JointState, dict[str, float]]:
     """First state under the nominal arm, and first size of every origin of noise."""
     state = JointState(data.arm, lens_step=np.zeros(len(data.lens_covariance)))
-    scales = {"joints": 1.0, "pixels": 1.0, "standard": 1.0, "contact": FIRST_CONTACT_M}
+    scales = {"joints": 1.0, "pixels": 1.0, "standard": 1.0, "instrument": 1.0}
+    scales |= {"contact": FIRST_CONTACT_M, "readings": FIRST_CONTACT_M}
     changes: dict[str, Floats] = {}
     if data.shots is not None:
         found = consensus(data.shots.problem, ROTATION_LENGTH_M)
@@ -118,10 +124,12 @@ def start_of(data: JointData) -> tuple[JointState, dict[str, float]]:
         tilt = max(float(np.median(found.rotations_rad)), 1e-6)
         scales |= {"across": across, "along": across, "tilt": tilt, "roll": tilt}
         if data.sightings is not None:
-            changes |= {"marks_m": _standing(data.arm, data.sightings, found.X)}
+            changes |= {"marks_m": _standing_marks(data.arm, data.sightings, found.X)}
     if data.touches is not None:
         tool_m, points_m = _touching(data.arm, data.touches)
         changes |= {"tool_m": tool_m, "points_m": points_m}
+    if data.measured is not None:
+        changes |= _standing(data.arm, data.measured)
     return JointState(**(vars(state) | changes)), scales
 
 
@@ -184,7 +192,7 @@ def _target_shots(shots: HeadShots, repeatability_rad: Floats) -> TargetPoseShot
     )
 
 
-def _standing(arm: Arm, sightings: MarkSightings, X: Floats) -> Floats:
+def _standing_marks(arm: Arm, sightings: MarkSightings, X: Floats) -> Floats:
     """Marks ``(B, m, 3)`` under the nominal arm: the mean of what each was seen at."""
     B, m = int(sightings.places.max()) + 1, int(sightings.marks.max()) + 1
     found = sightings.linearised(JointState(arm, X=X, marks_m=np.zeros((B, m, 3))), Columns())
@@ -207,3 +215,28 @@ def _touching(arm: Arm, touches: FixedPointTouches) -> tuple[Floats, Floats]:
     right = -Ts_base_flange[:, :3, 3]
     found = np.asarray(np.linalg.lstsq(rows.reshape(3 * N, -1), right.ravel())[0], dtype=np.float64)
     return found[:3], found[3:].reshape(B, m, 3)
+
+
+def _standing(arm: Arm, measured: MeasuredPoints) -> dict[str, Floats]:
+    """Reflectors and where the instrument stands under the nominal arm.
+
+    Linear with free matrices instead of rotations; then the nearest rotations, and the positions once more.
+    """
+    Ts_base_flange = flange_poses(arm, measured.joints)
+    N, B, r = len(measured.joints), int(measured.stations.max()) + 1, int(measured.reflectors.max()) + 1
+    rows = np.zeros((N, 3, 3 * r + 12 * B))
+    for k in range(3):
+        rows[np.arange(N), :, 3 * measured.reflectors + k] = Ts_base_flange[:, :3, k]
+        at = 3 * r + 12 * measured.stations + 4 * k
+        rows[np.arange(N), k, at + 3] = -1.0
+        for i in range(3):
+            rows[np.arange(N), k, at + i] = -measured.points_m[:, i]
+    right = -Ts_base_flange[:, :3, 3]
+    found = np.asarray(np.linalg.lstsq(rows.reshape(3 * N, -1), right.ravel())[0], dtype=np.float64)
+    Ts_base_instrument = np.tile(np.eye(4), (B, 1, 1))
+    Ts_base_instrument[:, :3, :3] = nearest_rotation(found[3 * r :].reshape(B, 3, 4)[:, :, :3])
+    turned = np.einsum("nij,nj->ni", Ts_base_instrument[measured.stations, :3, :3], measured.points_m)
+    places = rows.reshape(N, 3, -1)[:, :, [*range(3 * r), *(3 * r + 4 * k + 3 for k in range(3 * B))]]
+    found = np.asarray(np.linalg.lstsq(places.reshape(3 * N, -1), (right + turned).ravel())[0], dtype=np.float64)
+    Ts_base_instrument[:, :3, 3] = found[3 * r :].reshape(B, 3)
+    return {"reflectors_m": found[: 3 * r].reshape(r, 3), "Ts_base_instrument": Ts_base_instrument}

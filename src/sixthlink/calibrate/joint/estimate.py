@@ -37,7 +37,7 @@ SETTLED = 1e-3
 FEWEST_FOR_NOISE = 12
 """Degrees of freedom from which the noise is estimated; with fewer it stays as stated."""
 
-RECORDED = ("across", "along", "tilt", "roll", "contact")
+RECORDED = ("across", "along", "tilt", "roll", "contact", "readings")
 """Origins of noise that nobody states: they are always estimated."""
 
 
@@ -49,7 +49,7 @@ class Estimate:
         problem: What was solved.
         fit: Its answer.
         scales: Size of every origin of noise.
-        kept: Per kind of single observations (shots first), ``(N,)`` which belong.
+        kept: Per kind of single observations (shots, touches, measured points), ``(N,)`` which belong.
         parameters: Every parameter of the arm that was considered.
         visibility: Whether the data see it.
         chi2_per_dof: Whitened sum of squares per degree of freedom under the stated noise, or under the estimated
@@ -156,6 +156,8 @@ def _seen(data: JointData, wanted: Sequence[ArmParameter], state: JointState, sc
     names = dict.fromkeys(block for block, _ in white)
     sets = [[w for block, w in white if block == name] for name in names]
     small = reduced(sets, np.column_stack([lens_rows, np.zeros(len(lens_rows))]))
+    if data.shots is None:
+        return visibility(small.factor, wanted, others="the points on the flange or where they were found")
     return visibility(small.factor, wanted)
 
 
@@ -163,6 +165,7 @@ def _columns(data: JointData, arm: tuple[ArmParameter, ...]) -> Columns:
     return Columns(
         head=data.shots is not None,
         tool=data.touches is not None,
+        reflectors=0 if data.measured is None else int(data.measured.reflectors.max()) + 1,
         lens=len(data.lens_covariance),
         arm=arm,
     )
@@ -181,7 +184,7 @@ def _problem(data: JointData, columns: Columns) -> JointProblem:
 
 def _singles(data: JointData) -> int:
     """Number of kinds whose observations can be wrong one by one."""
-    return (data.shots is not None) + (data.touches is not None)
+    return (data.shots is not None) + (data.touches is not None) + (data.measured is not None)
 
 
 def _estimated(fit: Fit, data: JointData, noise: str) -> tuple[str, ...]:
@@ -200,7 +203,8 @@ def _dof(fit: Fit, weights: Weights) -> int:
         used = np.count_nonzero(weights[k]) if k in weights else len(linear.residuals)
         count += int(used) * linear.residuals.shape[1]
     unknown = sum(rows.shape[0] * rows.shape[1] for rows in fit.reduced.own)
-    return count - unknown - 6 * (fit.state.X is not None) - 3 * (fit.state.tool_m is not None)
+    on_flange = 3 * (fit.state.tool_m is not None) + fit.state.reflectors_m.size
+    return count - unknown - 6 * (fit.state.X is not None) - on_flange
 
 
 def _chi2(data: JointData, problem: JointProblem, fit: Fit, scales: Scales, weights: Weights) -> tuple[float, int]:

@@ -23,7 +23,7 @@ PRIOR_RULES = 0.9
 """Share of the maker's tolerance from which a standard deviation counts as the tolerance itself."""
 
 _MOTION = (("x", "m"), ("y", "m"), ("z", "m"), ("rotation_x", "rad"), ("rotation_y", "rad"), ("rotation_z", "rad"))
-_NOISE_UNITS = {"across": "m", "along": "m", "contact": "m", "tilt": "rad", "roll": "rad"}
+_NOISE_UNITS = {"across": "m", "along": "m", "contact": "m", "readings": "m", "tilt": "rad", "roll": "rad"}
 
 
 @dataclass(frozen=True)
@@ -151,6 +151,7 @@ def names_of(columns: Columns, lens: Sequence[str]) -> tuple[str, ...]:
     """Names of the shared unknowns in the order of their columns."""
     head = [f"head.{axis}" for axis, _ in _MOTION] if columns.head else []
     tool = ["tool.x", "tool.y", "tool.z"] if columns.tool else []
+    tool += [f"reflector{k + 1}.{axis}" for k in range(columns.reflectors) for axis in "xyz"]
     return (*head, *tool, *lens, *(f"arm.{p.name}" for p in columns.arm))
 
 

@@ -10,6 +10,7 @@ from sixthlink.calibrate.observations.linearised import (
     whitened,
 )
 from sixthlink.calibrate.observations.mark_sightings import MarkSightings
+from sixthlink.calibrate.observations.measured_points import MeasuredPoints
 from sixthlink.calibrate.observations.state import Columns, JointState, moved
 from sixthlink.calibrate.observations.target_poses import TargetPoseShots, carried
 
@@ -20,6 +21,7 @@ __all__ = [
     "KnownLengths",
     "Linearised",
     "MarkSightings",
+    "MeasuredPoints",
     "Observations",
     "SocketDistances",
     "TargetPoseShots",

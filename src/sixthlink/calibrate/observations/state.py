@@ -19,17 +19,19 @@ HEAD = 6
 
 @dataclass(frozen=True)
 class Columns:
-    """Where each kind of shared unknown stands: the head first, then the tool's point, the lenses and the arm.
+    """Where each kind of shared unknown stands: the head first, then points on the flange, lenses and arm.
 
     Attributes:
         head: Whether a head is estimated.
         tool: Whether a point on the flange is estimated.
+        reflectors: Number of reflectors on the flange that are estimated.
         lens: Number of free unknowns of the cameras.
         arm: The arm's free parameters.
     """
 
     head: bool = True
     tool: bool = False
+    reflectors: int = 0
     lens: int = 0
     arm: tuple[ArmParameter, ...] = ()
 
@@ -45,9 +47,15 @@ class Columns:
         return slice(start, start + 3 * self.tool)
 
     @property
+    def reflectors_slice(self) -> slice:
+        """Columns of the reflectors, one after the other."""
+        start = self.tool_slice.stop
+        return slice(start, start + 3 * self.reflectors)
+
+    @property
     def lens_slice(self) -> slice:
         """Columns of the cameras."""
-        start = self.tool_slice.stop
+        start = self.reflectors_slice.stop
         return slice(start, start + self.lens)
 
     @property
@@ -75,6 +83,8 @@ class JointState:
         Ts_stand_target: ``(P, 4, 4)`` target placements: in the base frame, or in the flange's for a fixed head.
         points_m: ``(B, m, 3)`` touched points, m to a place [m].
         marks_m: ``(B, m, 3)`` marks that the head saw, m to a place, in the frame in which they stand still [m].
+        reflectors_m: ``(r, 3)`` reflectors carried by the flange, in its frame [m].
+        Ts_base_instrument: ``(B, 4, 4)`` where an instrument stands, station by station.
     """
 
     arm: Arm
@@ -85,6 +95,8 @@ class JointState:
     Ts_stand_target: Floats = field(default_factory=lambda: np.zeros((0, 4, 4)))
     points_m: Floats = field(default_factory=lambda: np.zeros((0, 1, 3)))
     marks_m: Floats = field(default_factory=lambda: np.zeros((0, 1, 3)))
+    reflectors_m: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    Ts_base_instrument: Floats = field(default_factory=lambda: np.zeros((0, 4, 4)))
 
 
 def moved(state: JointState, columns: Columns, shared: Floats, own: Sequence[tuple[str, Floats]]) -> JointState:
@@ -93,6 +105,7 @@ def moved(state: JointState, columns: Columns, shared: Floats, own: Sequence[tup
         "arm": arm_with_steps(state.arm, columns.arm, shared[columns.arm_slice]),
         "arm_step": state.arm_step + shared[columns.arm_slice],
         "lens_step": state.lens_step + shared[columns.lens_slice],
+        "reflectors_m": state.reflectors_m + shared[columns.reflectors_slice].reshape(-1, 3),
     }
     if state.X is not None:
         changes["X"] = apply_motion(state.X, shared[columns.head_slice])
@@ -105,4 +118,6 @@ def moved(state: JointState, columns: Columns, shared: Floats, own: Sequence[tup
             changes["points_m"] = state.points_m + steps.reshape(state.points_m.shape)
         elif name == "marks":
             changes["marks_m"] = state.marks_m + steps.reshape(state.marks_m.shape)
+        elif name == "instruments":
+            changes["Ts_base_instrument"] = apply_motion(state.Ts_base_instrument, steps)
     return replace(state, **changes)  # type: ignore[arg-type]
