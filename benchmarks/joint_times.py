@@ -186,10 +186,11 @@ def pixel_level() -> None:
     seen = cameras.detections
     calibrating = seen.shots < 50
     names, slots = np.unique(seen.shots[calibrating], return_inverse=True)
-    targets = locate_targets(cameras.rig, board.points_m, selected(seen, calibrating), recording.ids)
+    targets = locate_targets(cameras.rig, cameras.points_m, selected(seen, calibrating), recording.ids)
     problem = RigProblem(
         slots,
         seen.cameras[calibrating],
+        seen.points[calibrating],
         board.points_m[seen.points[calibrating]],
         seen.pixels[calibrating],
         seen.sigmas_px[calibrating],

@@ -124,6 +124,8 @@ class Calibration:
             printed (:func:`unobserved_of`); None where the whole head was seen.
         joint: Proof of a joint estimate of arm, head and placements; None for the head alone.
         heldout: Error on shots that were kept out of the fit, or None.
+        print_sigma_m: Standard deviation of the target's misprints per coordinate, found in the images and corrected
+            [m]; 0 where none shows.
     """
 
     recording: str
@@ -149,6 +151,7 @@ class Calibration:
     unobserved: Unobserved | None = None
     joint: JointEvidence | None = None
     heldout: HeldOut | None = None
+    print_sigma_m: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "X", frozen_floats(self.X, (4, 4), "X"))

@@ -9,12 +9,13 @@ bends the image outside them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from sixthlink.calibrate.calibration import CameraEvidence
+from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
 from sixthlink.calibrate.rig_start import (
     LensStart,
@@ -62,6 +63,8 @@ class RigCalibration:
         rejections: Views and shots that were refused, and why.
         unknowns: The G free parameters.
         covariance: ``(G, G)`` of these [pixel, -, m, rad].
+        points_m: ``(P, 3)`` points of the target, misprints corrected where the images show them [m].
+        print_sigma_m: Standard deviation of a misprint, per coordinate [m]; 0 where none shows.
     """
 
     rig: CameraRig
@@ -72,6 +75,8 @@ class RigCalibration:
     rejections: tuple[Rejection, ...]
     unknowns: RigUnknowns
     covariance: Floats
+    points_m: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    print_sigma_m: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -116,10 +121,18 @@ def calibrate_rig(recording: Recording, detections: Detections, *, progress: Pro
         kept = {s: T for s, T in start.Ts_head_target.items() if s not in refused}
         start = replace(start, Ts_head_target=kept, detections=without(start.detections, set(refused)))
         shots, problem, fit = _refined(recording, start, free_lens)
-    problem, fit = _with_supported_terms(problem, fit)
+    target = recording.target
+    # A target that may have been read from either end has no corner that is surely the same in all shots.
+    found = print_errors(problem, fit) if target.half_turn is None else None
+    points_m = _corrected(target.points_m, found)
+    problem = replace(problem, points_target=points_m[problem.points])
+    fit = fit if found is None else _refitted(problem, fit.rig, fit.Ts_head_target, found)
+    problem, fit = _with_supported_terms(problem, fit, found)
     _refuse_uncertain_focal(fit, problem)
     listener.step(STAGE, 4, 4)
-    return _result(start, problem, fit, ~given)
+    return replace(
+        _result(start, problem, fit, ~given), points_m=points_m, print_sigma_m=found.sigma_m if found else 0.0
+    )
 
 
 def _start(recording: Recording, detections: Detections, listener: Progress) -> _Start:
@@ -215,6 +228,7 @@ def _refined(
     problem = RigProblem(
         slots=np.searchsorted(shots, d.shots[rows]),
         cameras=d.cameras[rows],
+        points=d.points[rows],
         points_target=recording.target.points_m[d.points[rows]],
         pixels=d.pixels[rows],
         sigmas_px=d.sigmas_px[rows],
@@ -230,7 +244,21 @@ def _contradicting(shots: list[int], problem: RigProblem, fit: RigFit) -> dict[i
     return {shots[k]: beyond_reason(float(rms[k]), float(np.median(rms))) for k in views_beyond(rms)}
 
 
-def _with_supported_terms(problem: RigProblem, fit: RigFit) -> tuple[RigProblem, RigFit]:
+def _corrected(points_m: Floats, found: PrintErrors | None) -> Floats:
+    """Points of the target where the images show them."""
+    if found is None:
+        return points_m
+    corrected = points_m.copy()
+    corrected[found.points, :2] += found.offsets_m
+    return corrected
+
+
+def _refitted(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats, found: PrintErrors | None) -> RigFit:
+    fit = refine_rig(problem, rig, Ts_head_target)
+    return fit if found is None else believed(problem, fit, found)
+
+
+def _with_supported_terms(problem: RigProblem, fit: RigFit, found: PrintErrors | None) -> tuple[RigProblem, RigFit]:
     """The fit with only those lens terms that stand out from their own uncertainty."""
     for group in (("k3",), ("p1", "p2"), ("k2",)):
         columns = [LENS_NAMES.index(name) for name in group]
@@ -247,7 +275,7 @@ def _with_supported_terms(problem: RigProblem, fit: RigFit) -> tuple[RigProblem,
         if (free != problem.unknowns.lens).any():
             problem = replace(problem, unknowns=RigUnknowns(free, problem.unknowns.pose))
             rig = CameraRig(fit.rig.names, tuple(lenses), fit.rig.Ts_camera_head)
-            fit = refine_rig(problem, rig, fit.Ts_head_target)
+            fit = _refitted(problem, rig, fit.Ts_head_target, found)
     return problem, fit
 
 

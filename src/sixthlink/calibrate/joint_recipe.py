@@ -141,6 +141,7 @@ def calibrate_jointly(
         gates=(*gates_of(recorded, int(kept.sum()), certificate), noise_gate(evidence)),
         joint=evidence,
         heldout=heldout,
+        print_sigma_m=solved.cameras.print_sigma_m if solved.cameras else 0.0,
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )

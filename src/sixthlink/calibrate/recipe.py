@@ -87,6 +87,7 @@ def calibrate_head(
         gates=gates_of(len(shots_of_kind(recording, "calibrate")), len(usable.shots), certificate),
         unobserved=usable.unobserved,
         heldout=heldout,
+        print_sigma_m=final.print_sigma_m if final else 0.0,
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )

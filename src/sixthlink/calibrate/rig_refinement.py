@@ -29,7 +29,8 @@ class RigProblem:
     Attributes:
         slots: ``(M,)`` position of each row's shot in ``0 ... S-1``, ascending, every shot present.
         cameras: ``(M,)`` index of the camera.
-        points_target: ``(M, 3)`` points in the target frame [m].
+        points: ``(M,)`` number of the target's point.
+        points_target: ``(M, 3)`` where it is in the target frame [m].
         pixels: ``(M, 2)`` observed [pixel].
         sigmas_px: ``(M,)`` standard deviation of each coordinate [pixel]; only ratios matter to the answer.
         unknowns: What of the rig is free.
@@ -37,6 +38,7 @@ class RigProblem:
 
     slots: Ints
     cameras: Ints
+    points: Ints
     points_target: Floats
     pixels: Floats
     sigmas_px: Floats

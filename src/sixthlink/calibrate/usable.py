@@ -141,7 +141,7 @@ def _with_robot(recording: Recording, cameras: RigCalibration, usable: Usable, X
         named = cameras.detections.points
         points = np.where(turned, target.half_turn[named], named)
         cameras = replace(cameras, detections=replace(cameras.detections, points=points))
-    return refine_lens_with_robot(cameras, target.points_m, usable.shots, usable.problem, X)
+    return refine_lens_with_robot(cameras, cameras.points_m, usable.shots, usable.problem, X)
 
 
 def located_targets(
@@ -158,7 +158,7 @@ def located_targets(
     seen = selected(cameras.detections, np.isin(cameras.detections.shots, wanted))
     targets = locate_targets(
         cameras.rig,
-        recording.target.points_m,
+        cameras.points_m,
         seen,
         recording.ids,
         half_turn=recording.target.half_turn,

@@ -59,6 +59,7 @@ def calibration_summary(calibration: Calibration | ArmCalibration, files: Mappin
         *_matrix_lines(calibration),
         *_unobserved_lines(calibration),
         *_head_lines(calibration),
+        *_print_lines(calibration),
         *joint_lines(calibration),
         *(f"rejected  {r.shot} {r.camera}: {r.reason}" for r in calibration.rejections),
         *(f"{'passed ' if g.passed else 'REFUSED'}  {g.name}: {g.message}" for g in calibration.gates),
@@ -199,6 +200,15 @@ def _doubt(check: LengthCheck, k: int) -> str:
     if check.std_m is None or check.inside_95 is None:
         return f"{'-':>10}"
     return f"{check.std_m[k] / MM:>10.4f}  {'yes' if check.inside_95[k] else 'NO'}"
+
+
+def _print_lines(calibration: Calibration) -> list[str]:
+    if calibration.print_sigma_m == 0.0:
+        return []
+    return [
+        f"target           its points are misprinted by {calibration.print_sigma_m / MM:.4f} mm (one sigma, "
+        "per coordinate); found in the images and corrected"
+    ]
 
 
 def _head_lines(calibration: Calibration) -> list[str]:

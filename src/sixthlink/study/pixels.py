@@ -69,7 +69,7 @@ def _shots(plan: Plan, recording: Recording, cameras: RigCalibration) -> HeadSho
     at_board = shots_of_kind(recording, "calibrate")
     seen = selected(cameras.detections, np.isin(cameras.detections.shots, at_board))
     # The simulator names every point rightly, so that no half turn of the board has to be found.
-    found = locate_targets(cameras.rig, plan.cell.target.points_m, seen, recording.ids, unknowns=cameras.unknowns)
+    found = locate_targets(cameras.rig, cameras.points_m, seen, recording.ids, unknowns=cameras.unknowns)
     rows = np.searchsorted(at_board, found.shots)
     joints = plan.joints[rows]
     problem = HeadProblem(flange_poses(plan.arm, joints), found.Ts_head_target, plan.placements[rows])
