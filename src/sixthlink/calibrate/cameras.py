@@ -1,10 +1,10 @@
 """What are the lenses of the head, and how do its cameras stand to each other?
 
-Given lenses and poses are kept; the rest is refined together over all cameras and shots. Which lens terms are free is
-decided by the data: k1 always; k2, p1 and p2 to begin with; k3 only with twenty views or more. A term that comes out
-smaller than three of its own standard deviations is put to zero and the rest refined again: first k3, then the pair
-p1 and p2, then k2 where k3 is already gone. A superfluous term does no harm between the corners that were seen, but
-bends the image outside them.
+Given lenses and poses are kept; the rest is refined together over all cameras and shots: k1, k2, p1 and p2, and k3 with
+twenty views or more. Terms beyond k1 have a prior about zero as wide as lenses are built: where the images say much it
+does not matter, where they say little a superfluous term stays small instead of bending the image outside the corners,
+and the covariance knows both. No term is dropped: leaving out what is not quite zero would bias the others by many of
+their own standard deviations.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ STAGE = "calibrating cameras"
 VIEWS_FOR_K3 = 20
 """Fewer views than this seldom reach the corners of the image in which k3 shows."""
 
-SUPPORT = 3.0
-"""Standard deviations by which a lens term must stand out from zero to be kept."""
+LENS_PRIOR = {"k2": 0.3, "p1": 5e-4, "p2": 5e-4, "k3": 0.3}
+"""Standard deviations of lens terms about zero, as lenses are built; k1 and what the pinhole knows are left alone."""
 
 LARGEST_FOCAL_SHARE = 0.05
 """A focal length less certain than this share of itself is no result: the views hardly tilt."""
@@ -126,8 +126,8 @@ def calibrate_rig(recording: Recording, detections: Detections, *, progress: Pro
     found = print_errors(problem, fit) if target.half_turn is None else None
     points_m = _corrected(target.points_m, found)
     problem = replace(problem, points_target=points_m[problem.points])
-    fit = fit if found is None else _refitted(problem, fit.rig, fit.Ts_head_target, found)
-    problem, fit = _with_supported_terms(problem, fit, found)
+    if found is not None:
+        fit = believed(problem, refine_rig(problem, fit.rig, fit.Ts_head_target), found)
     _refuse_uncertain_focal(fit, problem)
     listener.step(STAGE, 4, 4)
     return replace(
@@ -233,6 +233,7 @@ def _refined(
         pixels=d.pixels[rows],
         sigmas_px=d.sigmas_px[rows],
         unknowns=RigUnknowns(free_lens, free_pose),
+        lens_prior=np.tile([LENS_PRIOR.get(name, np.inf) for name in LENS_NAMES], (len(free_pose), 1)),
     )
     return shots, problem, refine_rig(problem, start.rig, np.stack([start.Ts_head_target[s] for s in shots]))
 
@@ -251,32 +252,6 @@ def _corrected(points_m: Floats, found: PrintErrors | None) -> Floats:
     corrected = points_m.copy()
     corrected[found.points, :2] += found.offsets_m
     return corrected
-
-
-def _refitted(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats, found: PrintErrors | None) -> RigFit:
-    fit = refine_rig(problem, rig, Ts_head_target)
-    return fit if found is None else believed(problem, fit, found)
-
-
-def _with_supported_terms(problem: RigProblem, fit: RigFit, found: PrintErrors | None) -> tuple[RigProblem, RigFit]:
-    """The fit with only those lens terms that stand out from their own uncertainty."""
-    for group in (("k3",), ("p1", "p2"), ("k2",)):
-        columns = [LENS_NAMES.index(name) for name in group]
-        free, lenses = problem.unknowns.lens.copy(), list(fit.rig.cameras)
-        stds = _lens_stds(problem, fit)
-        for c, camera in enumerate(lenses):
-            without_k3 = group != ("k2",) or not free[c, LENS_NAMES.index("k3")]
-            values = np.array([camera.distortion[k - 4] for k in columns])
-            if free[c, columns].all() and without_k3 and (np.abs(values) < SUPPORT * stds[c, columns]).all():
-                free[c, columns] = False
-                distortion = camera.distortion.copy()
-                distortion[[k - 4 for k in columns]] = 0.0
-                lenses[c] = replace(camera, distortion=distortion)
-        if (free != problem.unknowns.lens).any():
-            problem = replace(problem, unknowns=RigUnknowns(free, problem.unknowns.pose))
-            rig = CameraRig(fit.rig.names, tuple(lenses), fit.rig.Ts_camera_head)
-            fit = _refitted(problem, rig, fit.Ts_head_target, found)
-    return problem, fit
 
 
 def _lens_stds(problem: RigProblem, fit: RigFit) -> Floats:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sixthlink.calibrate.rig_refinement import RigFit, RigProblem
+from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, prior_information
 from sixthlink.camera import rig_pixels
 from sixthlink.geometry import Floats, Ints, hat
 
@@ -141,7 +141,7 @@ def _reduced(problem: RigProblem, fit: RigFit, index: Ints, P: int) -> _Reduced:
     K0 = np.zeros((P, 2, P, 2))
     K0[np.arange(P), :, np.arange(P), :] = corners
     return _Reduced(
-        A=flat.T @ flat - absorbed[:G, :G],
+        A=flat.T @ flat + np.diag(prior_information(problem)) - absorbed[:G, :G],
         T=mixed.transpose(1, 0, 2).reshape(G, 2 * P) - absorbed[:G, G:],
         K0=K0.reshape(2 * P, 2 * P) - absorbed[G:, G:],
         y=y.ravel(),

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sixthlink.camera import CameraRig, RigUnknowns, moved_rig, rig_pixels
+from sixthlink.camera import CameraRig, RigUnknowns, lens_vector, moved_rig, rig_pixels
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, apply_motion, hat
 
-__all__ = ["RigFit", "RigProblem", "refine_rig", "unseen_lens"]
+__all__ = ["RigFit", "RigProblem", "prior_information", "refine_rig", "unseen_lens"]
 
 ITERATIONS = 60
 
@@ -34,6 +34,8 @@ class RigProblem:
         pixels: ``(M, 2)`` observed [pixel].
         sigmas_px: ``(M,)`` standard deviation of each coordinate [pixel]; only ratios matter to the answer.
         unknowns: What of the rig is free.
+        lens_prior: ``(C, 9)`` standard deviation of each lens term about zero before any image was seen; infinite where
+            nothing is known.
     """
 
     slots: Ints
@@ -43,6 +45,7 @@ class RigProblem:
     pixels: Floats
     sigmas_px: Floats
     unknowns: RigUnknowns
+    lens_prior: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,15 +130,28 @@ def _system(problem: RigProblem, rig: CameraRig, Ts_head_target: Floats) -> _Sys
     r, J, J_own = residuals * weight, J * weight[:, :, None], J_own * weight[:, :, None]
     starts = np.searchsorted(problem.slots, np.arange(len(Ts_head_target)))
     flat = J.reshape(2 * M, G)
+    before, terms = prior_information(problem), free_terms(problem, rig)
     return _System(
         residuals_px=residuals,
-        cost=float(np.sum(r * r)),
-        shared=flat.T @ flat,
-        shared_gradient=flat.T @ r.ravel(),
+        cost=float(np.sum(r * r) + np.sum(before * terms**2)),
+        shared=flat.T @ flat + np.diag(before),
+        shared_gradient=flat.T @ r.ravel() + before * terms,
         cross=np.add.reduceat(np.swapaxes(J_own, 1, 2) @ J, starts),
         own=np.add.reduceat(np.swapaxes(J_own, 1, 2) @ J_own, starts),
         own_gradient=np.add.reduceat((np.swapaxes(J_own, 1, 2) @ r[:, :, None])[:, :, 0], starts),
     )
+
+
+def prior_information(problem: RigProblem) -> Floats:
+    """Information ``(G,)`` that every free parameter has before any image was seen."""
+    lens = 1.0 / problem.lens_prior[problem.unknowns.lens] ** 2
+    return np.concatenate([lens, np.zeros(problem.unknowns.size - len(lens))])
+
+
+def free_terms(problem: RigProblem, rig: CameraRig) -> Floats:
+    """Values ``(G,)`` of the free lens terms; zero for camera poses, which have no prior."""
+    lenses = np.stack([lens_vector(camera) for camera in rig.cameras])[problem.unknowns.lens]
+    return np.concatenate([lenses, np.zeros(problem.unknowns.size - len(lenses))])
 
 
 def _step(system: _System, damping: float) -> tuple[Floats, Floats]:
