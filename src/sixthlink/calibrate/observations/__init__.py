@@ -5,6 +5,7 @@ from sixthlink.calibrate.observations.known_lengths import KnownLengths
 from sixthlink.calibrate.observations.linearised import (
     Linearised,
     Observations,
+    Posed,
     covariances,
     mahalanobis,
     whitened,
@@ -23,6 +24,7 @@ __all__ = [
     "MarkSightings",
     "MeasuredPoints",
     "Observations",
+    "Posed",
     "SocketDistances",
     "TargetPoseShots",
     "carried",

@@ -17,7 +17,7 @@ from sixthlink.calibrate.observations.state import Columns, JointState
 from sixthlink.geometry import Floats, Ints
 from sixthlink.solvers import Equations
 
-__all__ = ["Linearised", "Observations", "covariances", "mahalanobis", "whitened"]
+__all__ = ["Linearised", "Observations", "Posed", "covariances", "mahalanobis", "whitened"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,14 @@ class Observations(Protocol):
 
     def linearised(self, state: JointState, columns: Columns) -> Linearised:
         """Residuals and derivatives near a state."""
+
+
+class Posed(Observations, Protocol):
+    """A kind whose every observation was made from a pose of the robot of its own."""
+
+    @property
+    def joints(self) -> Floats:
+        """``(N, J)`` joint values [rad or m]."""
 
 
 def covariances(linear: Linearised, scales: Mapping[str, float]) -> Floats:
