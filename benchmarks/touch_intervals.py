@@ -4,9 +4,9 @@
     python benchmarks/touch_intervals.py 200        # simulated: coverage of 200 readings under four kinds of errors
 
 Simulated readings stand where panda_1 touched: links off by the maker's tolerances, sockets 50 mm apart with a standard
-deviation of 1 mm where they are read and of 0.1 mm (as certified) where they calibrate, contact 0.1 mm. The last kind has
-errors of another make than the model: joints that err once and twice per turn and yield to the load, 0.5 mrad each and
-1 mrad per metre of lever.
+deviation of 1 mm where they are read and of 0.1 mm (as certified) where they calibrate, contact 0.1 mm.
+The last kind has errors of another make than the model: joints that err once and twice per turn and yield to the load,
+0.5 mrad each and 1 mrad per metre of lever.
 """
 
 from __future__ import annotations
