@@ -18,7 +18,7 @@ from sixthlink.errors import TooFewShotsError
 from sixthlink.files import arm_result_as_dict, arm_result_from_dict, write_recording
 from sixthlink.progress import Silent
 from sixthlink.recording import EYE_IN_HAND, Head, Recording
-from sixthlink.robot import flange_poses
+from sixthlink.robot import arm_with_values, flange_poses
 from sixthlink.target import SOCKET, LengthStandard
 from touching import LENGTH_M, TOOL_M, Touched, touched
 
@@ -144,6 +144,25 @@ def test_a_single_socket_calibrates_without_scale():
     truth = touched(rng, places=1, points=1, each=40, contact_m=3e-5, errors=noisy(rng))
     found = calibrate_arm(recorded(truth, standard=None), Silent())
     assert found.rms_after_m < 0.2 * found.rms_before_m
+
+
+def wrong_sign(truth: Touched) -> Touched:
+    return replace(truth, joints=truth.joints * [1, 1, 1, 1, 1, 1, -1])
+
+
+def wrong_link(truth: Touched) -> Touched:
+    values = truth.nominal.values.copy()
+    values[truth.nominal.parameters.index("d5")] += 0.03
+    return replace(truth, nominal=arm_with_values(truth.nominal, values))
+
+
+@pytest.mark.parametrize("wrong", [wrong_sign, wrong_link])
+def test_a_wrong_robot_is_refused(wrong):
+    """What the links cannot explain is not passed off as errors that follow the pose."""
+    rng = np.random.default_rng(11)
+    found = calibrate_arm(recorded(wrong(touched(rng, contact_m=3e-5, errors=noisy(rng)))), Silent())
+    assert not found.accepted
+    assert any("the joints scatter" in g.message and not g.passed for g in found.gates)
 
 
 def test_too_few_touches_are_refused_in_words():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from sixthlink.calibrate.calibration import Gate
 from sixthlink.calibrate.head import GAP_TOLERANCE, Certificate
 from sixthlink.calibrate.joint import JointEvidence
@@ -14,6 +16,9 @@ MINIMUM_USED_SHARE = 0.5
 
 LARGEST_NOISE_RATIO = 20.0
 """Beyond this multiple of the stated repeatability it is not noise that the model leaves, but a wrong model."""
+
+JOINT_ERRORS = ("joints", "socket", "pose")
+"""Origins of the noise that are errors of joints."""
 
 
 def gates_of(recorded: int, used: int, certificate: Certificate) -> tuple[Gate, ...]:
@@ -42,8 +47,9 @@ def used_gate(recorded: int, used: int) -> Gate:
 
 def noise_gate(evidence: JointEvidence) -> Gate:
     """Whether the model explains the data: the joints may scatter more than stated, but not beyond reason."""
-    joints = next((n for n in evidence.noise if n.origin == "joints"), None)
-    ratio = joints.size / joints.stated if joints and joints.stated else 1.0
+    sizes = {n.origin: n.size for n in evidence.noise}
+    stated = next((n.stated for n in evidence.noise if n.origin == "joints"), None)
+    ratio = math.hypot(*(sizes.get(origin, 0.0) for origin in JOINT_ERRORS)) / stated if stated else 1.0
     return _gate(
         "model explains the data",
         ratio <= LARGEST_NOISE_RATIO,

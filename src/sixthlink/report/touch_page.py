@@ -69,7 +69,7 @@ def _headline(c: ArmCalibration, check: LengthCheck | None) -> dict[str, str]:
 
 def _facts(c: ArmCalibration) -> list[tuple[str, str]]:
     facts = [
-        ("touches used", f"{len(c.touches)} of {len(c.points)} sockets"),
+        ("touches used", f"{len(c.touches)} in {len(c.points)} sockets"),
         ("ball in the flange’s frame", ", ".join(millimetres(v, 3) for v in c.tool_m.tolist())),
         ("χ² per degree of freedom, as stated", fixed(c.joint.chi2_per_dof, 2)),
     ]
@@ -107,9 +107,9 @@ def _arm_table(parameters: Sequence[ArmEvidence]) -> Table:
         value = fixed(p.value / scale, 4) if p.free else DASH
         change = fixed((p.value - p.nominal) / scale, 4, sign=True) if p.free else DASH
         std = fixed(p.std / scale, 4) if p.free else DASH
-        rows.append((p.name, unit, p.reason, fixed(p.nominal / scale, 4), value, change, std))
-    heads = ("parameter", "unit", "remark", "nominal", "calibrated", "change", "± std")
-    return Table(heads, tuple(rows), words=3)
+        rows.append((p.name, unit, fixed(p.nominal / scale, 4), value, change, std, p.reason))
+    heads = ("parameter", "unit", "nominal", "calibrated", "change", "± std", "remark")
+    return Table(heads, tuple(rows), words=2)
 
 
 def _noise_table(noise: Sequence[NoiseEvidence]) -> Table:

@@ -5,7 +5,8 @@ restricted maximum likelihood for the variances (Fisher scoring, none negative),
 the degrees of freedom that its estimated variance is worth.
 
 Sources: Harville, "Maximum likelihood approaches to variance component estimation", JASA 72 (1977); Satterthwaite, "An
-approximate distribution of estimates of variance components", Biometrics Bulletin 2 (1946).
+approximate distribution of estimates of variance components", Biometrics Bulletin 2 (1946); Kenward and Roger, "Small
+sample inference for fixed effects from restricted maximum likelihood", Biometrics 53 (1997), eq. (3).
 """
 
 from __future__ import annotations
@@ -59,6 +60,8 @@ class MixedFit:
         covariance: ``(p, p)`` theirs.
         variances: ``(k,)`` size of each pattern.
         by_variance: ``(k, p, p)`` change of the covariance per unit of each variance.
+        weighing: ``(p, p)`` what weights by estimated instead of true variances add to the covariance, and what the
+            estimated covariance lacks for the same reason.
         doubt: ``(k, k)`` covariance of the variances.
         cost: Minus twice the restricted log-likelihood, but for a constant.
     """
@@ -67,12 +70,13 @@ class MixedFit:
     covariance: Floats
     variances: Floats
     by_variance: Floats
+    weighing: Floats
     doubt: Floats
     cost: float
 
     def variance_of(self, gradient: Floats) -> tuple[float, float]:
         """Variance of ``gradient @ step``, and the degrees of freedom that its size is known with."""
-        variance = float(gradient @ self.covariance @ gradient)
+        variance = float(gradient @ (self.covariance + self.weighing) @ gradient)
         slopes = np.einsum("i,kij,j->k", gradient, self.by_variance, gradient)
         unsure = float(slopes @ self.doubt @ slopes)
         degrees = 2.0 * variance**2 / unsure if unsure > 0.0 else np.inf
@@ -171,5 +175,8 @@ def _doubt(data: CorrelatedRows, now: _Solved, variances: Floats) -> Floats:
 def _answer(data: CorrelatedRows, now: _Solved, variances: Floats, doubt: Floats) -> MixedFit:
     total = np.einsum("k,kij->ij", variances, data.patterns)
     carried = np.linalg.solve(total, data.rows) @ now.covariance
-    by_variance = np.swapaxes(carried, 0, 1)[None] @ data.patterns @ carried
-    return MixedFit(now.step, now.covariance, variances, by_variance, doubt, now.cost)
+    moved = data.patterns @ carried
+    by_variance = carried.T @ moved
+    spread = now.projector @ np.einsum("kl,lip->kip", doubt, moved)
+    weighing = 2.0 * np.einsum("kip,kiq->pq", moved, spread)
+    return MixedFit(now.step, now.covariance, variances, by_variance, weighing, doubt, now.cost)
