@@ -1,11 +1,14 @@
 """How well does a sweep show its joint's axis, how honest are its intervals, and how often is a good one blamed?
 
-Prints the tables of docs/theory/circle_points.md: `python benchmarks/circle_points.py [--trials 500]`.
+Prints the figures of docs/theory/circle_points.md:
+
+    python benchmarks/circle_points.py [--trials 500] [--real FOLDER OF rosi_positioner_2axis]
 """
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 
@@ -53,10 +56,32 @@ def row(arc_deg: float, points: int, trials: int, *, stated: bool) -> str:
     )
 
 
+def positioner(folder: Path) -> str:
+    """The thirteen sweeps of a real positioner's second joint."""
+    table = np.genfromtxt(folder / "measurements.csv", delimiter=",", names=True)
+    points_m = np.column_stack([table["x_mm"], table["y_mm"], table["z_mm"]]) * 1e-3
+    stops = np.round(table["j1_rad"], 2)
+    fits = [fit_axis(sweep_of(points_m[stops == s], angles_rad=table["j2_rad"][stops == s])) for s in np.unique(stops)]
+    rms = 1e3 * np.sqrt(np.mean(np.concatenate([f.deviations_m for f in fits]) ** 2, axis=0))
+    radius = 1e3 * np.mean([f.circles[0].radius_m for f in fits])
+    kept = sum(int(f.kept.sum()) for f in fits)
+    slight = sum(any(x.kind == "slight path" for x in f.findings) for f in fits)
+    each = [1e3 * f.radial_rms_m for f in fits]
+    return (
+        f"{len(fits)} sweeps, {kept} of {len(stops)} points, radius {radius:.1f} mm, radial {rms[0]:.3f} mm RMS "
+        f"({min(each):.3f} to {max(each):.3f} a sweep), above {rms[1]:.3f} mm RMS, {slight} slight paths, "
+        f"{sum(f.usable for f in fits)} usable"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=500)
-    trials = parser.parse_args().trials
+    parser.add_argument("--real", type=Path)
+    arguments = parser.parse_args()
+    trials = arguments.trials
+    if arguments.real:
+        print(positioner(arguments.real))
     print(f"{trials} sweeps a row, radius {RADIUS_M} m, noise {NOISE_M * 1e3} mm per coordinate\n")
     print(
         "| arc | points | noise | stated direction [mrad] | mean error [mrad] | 95 % below [mrad] | coverage | blamed |"

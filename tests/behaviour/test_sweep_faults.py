@@ -269,3 +269,16 @@ def test_what_cannot_be_a_sweep_is_refused_in_words():
         sweep_of(circle(q), noise_m=1e-5, covariances_m2=np.tile(np.eye(3), (30, 1, 1)))
     with pytest.raises(ValueError, match="positive definite"):
         sweep_of(circle(q), covariances_m2=np.zeros((30, 3, 3)))
+
+
+def test_a_point_far_off_cannot_swing_a_short_arc_to_itself():
+    """Two points 0.2 and 0.4 m off leave all thirty of a 32° arc off alike, by 27 mm."""
+    q = angles(32.2)
+    for seed in SEEDS:
+        points = circle(q)
+        spokes = points * [1.25, 1.25, 0.0]
+        for k, size_m, angle in ((26, 0.216, 6.06), (3, 0.384, 5.73)):
+            points[k] += size_m * (np.cos(angle) * spokes[k] + np.sin(angle) * np.array([0.0, 0.0, 1.0]))
+        found = fit(points, seed, q, stated=False)
+        assert np.flatnonzero(~found.kept).tolist() == [3, 26]
+        assert found.usable

@@ -21,6 +21,7 @@ from sixthlink.calibrate.tracker.coaxial import (
     start_circles,
     whitened,
 )
+from sixthlink.calibrate.tracker.mixture import a_third_fits_better
 from sixthlink.calibrate.tracker.sweep import Sweep
 from sixthlink.geometry import Floats
 
@@ -34,6 +35,9 @@ STUDENT = 3.0
 
 SANE = 1.5
 """Ratio of the RMS to the noise of the median up to which the plain fit needs no second look."""
+
+BETTER = 3.0
+"""Times nearer that a third of the points may be to a circle through three of them; more is not chance."""
 
 CLOSE = 3.5
 """Times the noise of the median within which a point founds the first set."""
@@ -101,9 +105,16 @@ def _median_variance(r: Floats, dof: int, sweep: Sweep) -> float:
 
 
 def _sane(r: Floats, dof: int, sweep: Sweep) -> bool:
+    """Whether the plain fit looks like noise: by its own median, and by what is stated or by what others could fit.
+
+    One point that is far off may swing a short arc so that all points are off alike.
+    """
     variance = float(np.sum(r**2)) / dof
-    stated = sweep.covariances_m2 is None or variance < SANE**2
-    return stated and variance <= SANE**2 * _median_variance(r, dof, sweep)
+    if variance > SANE**2 * _median_variance(r, dof, sweep):
+        return False
+    if sweep.covariances_m2 is not None:
+        return variance < SANE**2
+    return variance <= 2.0 * _floor(sweep) or not a_third_fits_better(sweep, float(np.sqrt(variance)) / BETTER)
 
 
 def _first_set(sweep: Sweep) -> tuple[Coaxial, npt.NDArray[np.bool_]]:
