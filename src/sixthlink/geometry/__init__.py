@@ -1,6 +1,27 @@
-"""How space moves: rotations, rigid transforms and the makers' dialects. Knows nothing of robots or cameras."""
+"""How space moves and what lies in it: rotations, rigid transforms, the makers' dialects, lines and circles.
+
+Knows nothing of robots or cameras.
+"""
 
 from sixthlink.geometry.arrays import Floats, Ints, frozen_floats, frozen_ints
+from sixthlink.geometry.circles import (
+    Circle,
+    across_axes,
+    axis_of_circle,
+    beside_circle,
+    circle_through,
+    moved_circle,
+    phases_on_circle,
+    points_on_circle,
+)
+from sixthlink.geometry.lines import (
+    CommonNormal,
+    Line,
+    common_normal,
+    distances_to_line,
+    feet_on_line,
+    moved_line,
+)
 from sixthlink.geometry.orientations import (
     ORIENTATIONS,
     Orientation,
@@ -26,12 +47,22 @@ from sixthlink.geometry.transforms import (
 
 __all__ = [
     "ORIENTATIONS",
+    "Circle",
+    "CommonNormal",
     "Floats",
     "Ints",
+    "Line",
     "Orientation",
+    "across_axes",
     "apply_motion",
+    "axis_of_circle",
+    "beside_circle",
     "checked_transforms",
+    "circle_through",
+    "common_normal",
+    "distances_to_line",
     "exp_rotation",
+    "feet_on_line",
     "frozen_floats",
     "frozen_ints",
     "hat",
@@ -39,7 +70,11 @@ __all__ = [
     "log_rotation",
     "mean_transform",
     "motion_between",
+    "moved_circle",
+    "moved_line",
     "nearest_rotation",
+    "phases_on_circle",
+    "points_on_circle",
     "rotation_angle",
     "rotations_from_values",
     "transform",
