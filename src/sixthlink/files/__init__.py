@@ -19,6 +19,9 @@ if TYPE_CHECKING:
         write_result,
     )
     from sixthlink.files.skeleton import write_skeleton
+    from sixthlink.files.tracker_folder import read_tracker_record
+    from sixthlink.files.tracker_skeleton import write_tracker_skeleton
+    from sixthlink.files.tracker_writer import write_tracker_record
     from sixthlink.files.truth_file import write_truth
     from sixthlink.files.urdf import arm_from_urdf
 
@@ -32,6 +35,9 @@ _ROOMS = {
     "recording_writer": ("write_recording",),
     "result_file": ("RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"),
     "skeleton": ("write_skeleton",),
+    "tracker_folder": ("read_tracker_record",),
+    "tracker_skeleton": ("write_tracker_skeleton",),
+    "tracker_writer": ("write_tracker_record",),
     "truth_file": ("write_truth",),
     "urdf": ("arm_from_urdf",),
 }
@@ -51,6 +57,7 @@ __all__ = [
     "read_grey_image",
     "read_recording",
     "read_result",
+    "read_tracker_record",
     "result_as_dict",
     "result_from_dict",
     "write_arm",
@@ -58,6 +65,8 @@ __all__ = [
     "write_recording",
     "write_result",
     "write_skeleton",
+    "write_tracker_record",
+    "write_tracker_skeleton",
     "write_truth",
 ]
 
