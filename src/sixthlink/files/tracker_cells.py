@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 
-__all__ = ["padded", "separator_word", "split_rows", "trimmed"]
+__all__ = ["open_line", "padded", "separator_word", "split_rows", "trimmed"]
 
 
 def split_rows(lines: list[str], separator: str) -> list[list[str]]:
@@ -13,11 +13,21 @@ def split_rows(lines: list[str], separator: str) -> list[list[str]]:
         if separator == " ":  # not str.split(): a hard blank may stand within a number, between its thousands
             return [[cell for cell in line.replace("\t", " ").split(" ") if cell] for line in lines]
         return [line.split(separator) for line in lines]
-    rows = []
-    for line in lines:
-        (row,) = csv.reader([line.strip() if separator == " " else line], delimiter=separator, strict=True)
-        rows.append([cell for cell in row if cell] if separator == " " else row)
-    return rows
+    blank = separator == " "
+    rows = list(csv.reader((line.strip() for line in lines) if blank else lines, delimiter=separator, strict=True))
+    if len(rows) != len(lines):
+        raise csv.Error("a quote is not closed in its line")
+    return [[cell for cell in row if cell] for row in rows] if blank else rows
+
+
+def open_line(lines: list[str], separator: str) -> int:
+    """Index of the first line that is no row by itself."""
+    for i, line in enumerate(lines):
+        try:
+            split_rows([line], separator)
+        except csv.Error:
+            return i
+    return 0
 
 
 def trimmed(row: list[str]) -> list[str]:

@@ -68,8 +68,8 @@ def _record(
     measured = sweep_of >= 0
     names = tuple(name for t in tables for name in t.names)
     oriented = np.concatenate([np.full(len(t.names), t.rotations is not None) for t in tables])
-    rotations = [np.tile(np.eye(3), (len(t.names), 1, 1)) if t.rotations is None else t.rotations for t in tables]
-    sigma, (_, angle_rad) = sections.valid.get("rotation_sigma"), unit_factors(description.units)
+    sigma = sections.valid.get("rotation_sigma")
+    sigma_rad = None if sigma is None else sigma * unit_factors(description.units)[1]
     covariances = _all(tables, "covariances")
     return TrackerRecord(
         name=sections.valid["name"],
@@ -85,9 +85,9 @@ def _record(
         joints=np.concatenate([t.joints for t in tables])[measured],
         joints_known=np.concatenate([t.joints_known for t in tables])[measured],
         covariances=None if covariances is None else covariances[measured],
-        rotations=np.concatenate(rotations)[measured] if oriented[measured].any() else None,
+        rotations=_rotations(tables)[measured] if oriented[measured].any() else None,
         oriented=oriented[measured],
-        rotation_sigma_rad=None if sigma is None else sigma * angle_rad,
+        rotation_sigma_rad=sigma_rad,
         times_s=None if times is None else times[measured],
         references=None
         if measured.all()
@@ -100,6 +100,12 @@ def _record(
         ),
         inputs=inputs,
     )
+
+
+def _rotations(tables: Sequence[TableRows]) -> Floats:
+    """Orientations of all rows, the identity where a table has none."""
+    rotations = [np.tile(np.eye(3), (len(t.names), 1, 1)) if t.rotations is None else t.rotations for t in tables]
+    return np.concatenate(rotations)
 
 
 def _all(tables: Sequence[TableRows], name: str) -> Floats | None:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from sixthlink.errors import Finding
-from sixthlink.files.tracker_cells import padded, separator_word, split_rows, trimmed
+from sixthlink.files.tracker_cells import open_line, padded, separator_word, split_rows, trimmed
 from sixthlink.files.tracker_numbers import looks_like_number
 from sixthlink.files.tracker_schema import SEPARATORS, SheetSection
 from sixthlink.files.tracker_text import kept_lines, table_text
@@ -254,7 +254,8 @@ def _cells(
         rows = [padded(row, width) for row in split_rows(lines, separator)]
     except csv.Error as error:
         cure = "look for a quote that is not closed"
-        findings.append(Finding(where, "row", f"is not a table: {error}", "", cure, int(places[0])))
+        line = int(places[open_line(lines, separator)])
+        findings.append(Finding(where, "row", f"is not a table: {error}", "", cure, line))
         return [], places[:0]
     sizes = np.array([len(row) for row in rows], dtype=np.int64)
     wrong = np.flatnonzero(sizes != width)
