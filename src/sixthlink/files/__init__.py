@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     )
     from sixthlink.files.skeleton import write_skeleton
     from sixthlink.files.study_table import append_trial, read_study, write_study
+    from sixthlink.files.tracker_folder import read_tracker_record
+    from sixthlink.files.tracker_skeleton import write_tracker_skeleton
+    from sixthlink.files.tracker_writer import write_tracker_record
     from sixthlink.files.truth_file import write_truth
     from sixthlink.files.urdf import arm_from_urdf
 
@@ -48,6 +51,9 @@ _ROOMS = {
     "result_file": ("RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"),
     "skeleton": ("write_skeleton",),
     "study_table": ("append_trial", "read_study", "write_study"),
+    "tracker_folder": ("read_tracker_record",),
+    "tracker_skeleton": ("write_tracker_skeleton",),
+    "tracker_writer": ("write_tracker_record",),
     "truth_file": ("write_truth",),
     "urdf": ("arm_from_urdf",),
 }
@@ -73,6 +79,7 @@ __all__ = [
     "read_recording",
     "read_result",
     "read_study",
+    "read_tracker_record",
     "result_as_dict",
     "result_from_dict",
     "write_arm",
@@ -82,6 +89,8 @@ __all__ = [
     "write_result",
     "write_skeleton",
     "write_study",
+    "write_tracker_record",
+    "write_tracker_skeleton",
     "write_truth",
 ]
 
