@@ -35,7 +35,7 @@ check: .venv/.ready  ## lint, types, floors
 	.venv/bin/lint-imports
 
 test: check  ## everything that must be green
-	.venv/bin/pytest -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist loadfile
 
 bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs, with OpenCV 4.14 and other libraries beside
 	$(PYTHON) benchmarks/paper_cell.py

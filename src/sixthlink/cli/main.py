@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from sixthlink.cli.console import EXIT_REFUSED, fail, print_json, progress_bars
 from sixthlink.cli.study_options import study_options
 
 __all__ = ["main"]
+
+# The matrices are many and small: threads inside each product only wait for each other. Whoever wants them sets it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 _FOLDER = click.Path(path_type=Path, file_okay=False)
 _FILE = click.Path(path_type=Path)
