@@ -195,6 +195,7 @@ def pixel_level() -> None:
         seen.pixels[calibrating],
         seen.sigmas_px[calibrating],
         RigUnknowns(np.ones((2, 9), dtype=bool), np.array([False, True])),
+        np.full((2, 9), np.inf),
     )
     G, S = problem.unknowns.size, len(names)
     rng = np.random.default_rng(0)

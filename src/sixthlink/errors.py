@@ -7,7 +7,8 @@
     │   └── IndependenceError   verification was asked to judge shots that the calibration has already seen
     ├── CalibrationError        the files are fine but the data cannot carry the estimate (exit code 2)
     │   ├── TooFewShotsError    fewer usable shots than the estimate needs
-    │   └── DegenerateMotionError  the motion leaves a direction of the head unseen
+    │   ├── DegenerateMotionError  the motion leaves a direction of the head unseen
+    │   └── NoCircleError       the points of a joint sweep show no axis (calibrate.tracker, with its findings)
     ├── Cancelled               the user stopped a long step; nothing was written
     └── Interrupted             long work was stopped that can be gone on with; what was finished is kept
 """
