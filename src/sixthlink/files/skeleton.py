@@ -6,12 +6,13 @@ images.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from sixthlink.errors import Finding, InputError
 from sixthlink.files.atomic import atomic_write_text
 
-__all__ = ["write_skeleton"]
+__all__ = ["write_new_files", "write_skeleton"]
 
 _RECORDING = """\
 # A sixthlink recording. Change what is not so in your cell; nothing here has a hidden default.
@@ -102,12 +103,21 @@ def write_skeleton(folder: Path) -> list[Path]:
         InputError: One of the files exists already; nothing is written.
         OSError: The folder cannot be written.
     """
-    texts = {folder / "recording.yaml": _RECORDING, folder / "shots.csv": _SHOTS}
+    return write_new_files({folder / "recording.yaml": _RECORDING, folder / "shots.csv": _SHOTS})
+
+
+def write_new_files(texts: Mapping[Path, str]) -> list[Path]:
+    """Write several files that must not exist yet, or none of them.
+
+    Raises:
+        InputError: One of the files exists already; nothing is written.
+        OSError: A folder cannot be written.
+    """
     cure = "choose another folder, or remove the file"
     taken = [Finding(str(path), "file", "exists already", "a new folder", cure) for path in texts if path.exists()]
     if taken:
         raise InputError(taken)
-    folder.mkdir(parents=True, exist_ok=True)
     for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
         atomic_write_text(path, text)
     return list(texts)

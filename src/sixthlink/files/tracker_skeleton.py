@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sixthlink.errors import Finding, InputError
-from sixthlink.files.atomic import atomic_write_text
+from sixthlink.files.skeleton import write_new_files
 
 __all__ = ["write_tracker_skeleton"]
 
@@ -106,12 +105,4 @@ def write_tracker_skeleton(folder: Path) -> list[Path]:
         InputError: One of the files exists already; nothing is written.
         OSError: The folder cannot be written.
     """
-    texts = {folder / "tracker.yaml": _TRACKER, folder / "points.csv": _POINTS}
-    cure = "choose another folder, or remove the file"
-    taken = [Finding(str(path), "file", "exists already", "a new folder", cure) for path in texts if path.exists()]
-    if taken:
-        raise InputError(taken)
-    folder.mkdir(parents=True, exist_ok=True)
-    for path, text in texts.items():
-        atomic_write_text(path, text)
-    return list(texts)
+    return write_new_files({folder / "tracker.yaml": _TRACKER, folder / "points.csv": _POINTS})

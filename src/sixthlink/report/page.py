@@ -6,7 +6,7 @@ scripts, and a content security policy forbids the rest. Every string that came 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -46,10 +46,8 @@ from sixthlink.report.tables import (
     placement_table,
     shot_table,
 )
+from sixthlink.report.templates import template
 from sixthlink.report.verdict import check_statistics, facts_of, verdict_of
-
-if TYPE_CHECKING:
-    from jinja2 import Template
 
 __all__ = ["report_page"]
 
@@ -87,7 +85,7 @@ def report_page(
     pictures: tuple[ShotPictures, ...] = ()
     if detections is not None and calibration.rig is not None:
         pictures = shot_pictures(recording, detections, shots, read_image, progress or Silent())
-    return _template().render(
+    return template("page.html", "joint.html").render(
         calibration=calibration,
         recording=recording,
         foreign=recording.name != calibration.recording,
@@ -108,24 +106,6 @@ def report_page(
         rejections=(*calibration.rejections, *(check.rejections if check else ())),
         search=search_entries(calibration),
     )
-
-
-def _template() -> Template:
-    """The page's template; undefined names are errors, every value is escaped unless it is markup."""
-    from importlib.resources import files
-
-    from jinja2 import DictLoader, Environment, StrictUndefined
-
-    here = files("sixthlink.report")
-    names = ("page.html", "joint.html", "parts.html", "page.css")
-    environment = Environment(
-        loader=DictLoader({name: here.joinpath(name).read_text("utf-8") for name in names}),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("page.html")
 
 
 def _shots_in(calibration: Calibration, recording: Recording) -> list[tuple[int, ShotEvidence]]:

@@ -10,15 +10,16 @@ if TYPE_CHECKING:
 __all__ = ["template"]
 
 
-def template(page: str) -> Template:
-    """A page's template; undefined names are errors."""
+def template(page: str, *parts: str) -> Template:
+    """A page's template with the parts that it includes; undefined names are errors."""
     from importlib.resources import files
 
     from jinja2 import DictLoader, Environment, StrictUndefined
 
     here = files("sixthlink.report")
+    names = (page, *parts, "parts.html", "page.css")
     environment = Environment(
-        loader=DictLoader({name: here.joinpath(name).read_text("utf-8") for name in (page, "parts.html", "page.css")}),
+        loader=DictLoader({name: here.joinpath(name).read_text("utf-8") for name in names}),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
