@@ -126,6 +126,7 @@ class Calibration:
         heldout: Error on shots that were kept out of the fit, or None.
         print_sigma_m: Standard deviation of the target's misprints per coordinate, found in the images and corrected
             [m]; 0 where none shows.
+        scale_shots: Names of the shots of scale bars that the estimate used.
     """
 
     recording: str
@@ -152,6 +153,7 @@ class Calibration:
     joint: JointEvidence | None = None
     heldout: HeldOut | None = None
     print_sigma_m: float = 0.0
+    scale_shots: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "X", frozen_floats(self.X, (4, 4), "X"))

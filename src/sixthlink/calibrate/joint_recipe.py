@@ -10,13 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from sixthlink.calibrate.budget import budget_of
 from sixthlink.calibrate.calibration import Calibration
 from sixthlink.calibrate.cameras import RigCalibration
-from sixthlink.calibrate.gates import gates_of, noise_gate
+from sixthlink.calibrate.gates import agreement_gate, gates_of, heldout_gate, noise_gate
 from sixthlink.calibrate.head import (
     HeadProblem,
+    Scatter,
     certificate_of,
     head_problem,
     objective,
@@ -35,6 +37,7 @@ from sixthlink.calibrate.joint import (
     joint_evidence,
 )
 from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target, noise_ratio
+from sixthlink.calibrate.scale_bars import scale_gates
 from sixthlink.calibrate.unobserved import degenerate_motion
 from sixthlink.calibrate.usable import SolveOptions, Usable, motion_of, shot_evidence, usable_shots
 from sixthlink.calibrate.wrong_shots import wrong_shots
@@ -118,7 +121,8 @@ def calibrate_jointly(
         budget=budget_of(solved.data, found, middle_of_target(recording)),
     )
     wrong = wrong_shots(recording, problem, usable, found)
-    all_evidence = shot_evidence(recording, usable, scatter(problem, X))
+    fitted = scatter(used, X)
+    all_evidence = shot_evidence(recording, usable, _spread(fitted, kept))
     recorded = len(shots_of_kind(recording, "calibrate"))
     return Calibration(
         recording=recording.name,
@@ -138,7 +142,14 @@ def calibrate_jointly(
         certificate=certificate,
         shots=tuple(shot for shot, good in zip(all_evidence, kept, strict=True) if good),
         rejections=usable.rejections + wrong + unjudged,
-        gates=(*gates_of(recorded, int(kept.sum()), certificate), noise_gate(evidence)),
+        gates=(
+            *gates_of(recorded, int(kept.sum()), certificate),
+            agreement_gate(fitted),
+            noise_gate(evidence),
+            *scale_gates(solved.data, found),
+            *((heldout_gate(heldout, fitted),) if heldout else ()),
+        ),
+        scale_shots=tuple(recording.ids[s] for s in shots_of_kind(recording, "scale")) if solved.data.sightings else (),
         joint=evidence,
         heldout=heldout,
         print_sigma_m=solved.cameras.print_sigma_m if solved.cameras else 0.0,
@@ -224,6 +235,13 @@ def _head(found: Estimate) -> Floats:
     return found.fit.state.X
 
 
-def _part(problem: HeadProblem, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> HeadProblem:
+def _spread(fitted: Scatter, kept: npt.NDArray[np.bool_]) -> Scatter:
+    """Residuals of the kept shots in the places of all; zero for those that were left out."""
+    translations_m, rotations_rad = np.zeros(len(kept)), np.zeros(len(kept))
+    translations_m[kept], rotations_rad[kept] = fitted.translations_m, fitted.rotations_rad
+    return Scatter(translations_m, rotations_rad)
+
+
+def _part(problem: HeadProblem, kept: npt.NDArray[np.bool_]) -> HeadProblem:
     numbers = np.unique(problem.placements[kept], return_inverse=True)[1]
     return HeadProblem(problem.Ts_outer[kept], problem.Ts_inner[kept], numbers)

@@ -12,7 +12,7 @@ import numpy as np
 
 from sixthlink.calibrate.calibration import Calibration
 from sixthlink.calibrate.cameras import RigCalibration
-from sixthlink.calibrate.gates import gates_of
+from sixthlink.calibrate.gates import agreement_gate, gates_of, heldout_gate
 from sixthlink.calibrate.head import (
     HeadProblem,
     SearchReport,
@@ -25,6 +25,7 @@ from sixthlink.calibrate.head import (
     search_head,
 )
 from sixthlink.calibrate.heldout import held_out
+from sixthlink.calibrate.strays import stray_gate
 from sixthlink.calibrate.usable import SolveOptions, Usable, shot_evidence, usable_with_final_lens
 from sixthlink.geometry import Floats, inverse
 from sixthlink.progress import Progress
@@ -62,7 +63,7 @@ def calibrate_head(
     certificate = certificate_of(usable.eq11, X[:3, :3])
     final = usable.cameras
     arm = recording.arm if recording.joints is not None else None
-    Ts_stand_target = placement_poses(usable.problem, X)
+    Ts_stand_target, found = placement_poses(usable.problem, X), scatter(usable.problem, X)
     heldout, unjudged = held_out(
         recording, final, arm, X=X, placements=usable.placements, Ts_stand_target=Ts_stand_target
     )
@@ -82,9 +83,14 @@ def calibrate_head(
         pairs=usable.eq11.pairs,
         search=search,
         certificate=certificate,
-        shots=shot_evidence(recording, usable, scatter(usable.problem, X)),
+        shots=shot_evidence(recording, usable, found),
         rejections=usable.rejections + unjudged,
-        gates=gates_of(len(shots_of_kind(recording, "calibrate")), len(usable.shots), certificate),
+        gates=(
+            *gates_of(len(shots_of_kind(recording, "calibrate")), len(usable.shots), certificate),
+            agreement_gate(found),
+            stray_gate(usable.problem, [recording.ids[s] for s in usable.shots]),
+            *((heldout_gate(heldout, found),) if heldout else ()),
+        ),
         unobserved=usable.unobserved,
         heldout=heldout,
         print_sigma_m=final.print_sigma_m if final else 0.0,

@@ -7,6 +7,9 @@ from sixthlink.units import DEG, MM
 
 __all__ = ["arm_lines", "joint_lines", "noise_line"]
 
+NONE_SEEN = 1e-3
+"""Multiple of what was stated below which an origin of noise was not seen at all."""
+
 CORRELATIONS = 5
 """Correlated pairs that are listed; the result file has all of them."""
 
@@ -92,4 +95,6 @@ def _display(unit: str) -> tuple[str, float]:
 
 def _size(size: float, unit: str) -> str:
     shown, scale = _display(unit)
+    if shown == "-" and size < NONE_SEEN:
+        return "none seen"
     return f"{size / scale:.3g} × stated" if shown == "-" else f"{size / scale:.3g} {shown}"

@@ -100,6 +100,7 @@ def robots(*, as_json: bool) -> int:
 @click.option("--no-images", is_flag=True, help="Write noisy pixels instead of images (seconds instead of minutes).")
 @click.option(
     "--scale-placements",
+    type=click.IntRange(min=0),
     default=0,
     show_default=True,
     help="Further ruler placements of kind scale, for calibration.",
@@ -148,11 +149,12 @@ def simulate(out: Path, *, scenario: str, seed: int, no_images: bool, scale_plac
 @click.option("--arm", type=_FILE, help="Arm file that replaces the recording's own kinematics.")
 @click.option("--out", type=_FOLDER, help="Folder for the result.  [default: RECORDING/result]")
 @click.option("--seed", default=0, show_default=True, help="Seed of the swarms.")
-@click.option("--swarms", default=8, show_default=True, help="Independent swarms.")
-@click.option("--particles", default=40, show_default=True, help="Particles per swarm.")
-@click.option("--iterations", default=1000, show_default=True, help="Iterations per swarm.")
+@click.option("--swarms", type=click.IntRange(min=1), default=8, show_default=True, help="Independent swarms.")
+@click.option("--particles", type=click.IntRange(min=2), default=40, show_default=True, help="Particles per swarm.")
+@click.option("--iterations", type=click.IntRange(min=1), default=1000, show_default=True, help="Iterations per swarm.")
 @click.option(
     "--rotation-length-m",
+    type=click.FloatRange(min=0.0, min_open=True, max=1e6),
     default=1.0,
     show_default=True,
     help="Metres that one unit of a rotation entry counts in eq. (11); the paper's millimetres are 0.001.",

@@ -118,6 +118,7 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
         "arm": _or_none(c.arm, lambda arm: arm_as_dict(arm, c.joint)),
         **joint_as_dict(c),
         "heldout": _or_none(c.heldout, asdict),
+        "scale_shots": list(c.scale_shots),
         "gates": [asdict(g) for g in c.gates],
         "inputs": dict(c.inputs),
         "versions": dict(c.versions),
@@ -157,6 +158,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         unobserved=unobserved_from_dict(data, targets),
         joint=joint_from_dict(data),
         heldout=_or_none(data["heldout"], lambda found: HeldOut(**found)),
+        scale_shots=tuple(data["scale_shots"]),
     )
 
 

@@ -16,7 +16,7 @@ __all__ = ["write_new_files", "write_skeleton"]
 
 _RECORDING = """\
 # A sixthlink recording. Change what is not so in your cell; nothing here has a hidden default.
-# 'sixthlink check' in this folder names everything that is missing or contradictory.
+# 'sixthlink calibrate' in this folder names everything that is missing or contradictory.
 
 schema: sixthlink-recording/1          # edition of this format
 name: my cell                          # for people

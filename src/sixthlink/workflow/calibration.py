@@ -106,6 +106,8 @@ def calibrate_folder(
     if calibration.joint is not None and calibration.arm is not None:
         files["arm"] = target / ARM
         write_arm(files["arm"], calibration.arm)
+    else:
+        (target / ARM).unlink(missing_ok=True)  # an older arm would not belong to this result
     write_result(files["result"], calibration)
     atomic_write_text(files["report"], page)
     return calibration, Outcome(files)

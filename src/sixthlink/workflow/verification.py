@@ -14,7 +14,16 @@ from sixthlink.files import atomic_write_text, image_reader, read_detections, re
 from sixthlink.geometry import Floats, inverse
 from sixthlink.measure import LengthCheck, base_points, length_stds, lengths_of_placements, uncertain_cameras
 from sixthlink.progress import Progress
-from sixthlink.recording import EYE_IN_HAND, Detections, Recording, Rejection, flange_poses_of, joined, with_arm
+from sixthlink.recording import (
+    EYE_IN_HAND,
+    Detections,
+    Recording,
+    Rejection,
+    flange_poses_of,
+    joined,
+    shots_of_kind,
+    with_arm,
+)
 from sixthlink.report import report_page
 from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for
 from sixthlink.workflow.touches import verify_touches
@@ -42,6 +51,11 @@ def verify_folder(
     """
     path = _result_path(folder, result)
     whole = read_recording(folder, arm=arm, calibrating=False)
+    if len(shots_of_kind(whole, "verify")) == 0:
+        raise CalibrationError(
+            f"{folder} has no shots of kind verify, so there is nothing to verify; record the length standard at "
+            "places that the calibration has not seen, two marks each, as kind verify"
+        )
     recording = shots_for(whole, ("verify",))
     if recording.touched:
         return verify_touches(folder, recording, path, given_arm=arm is not None, progress=progress)
@@ -72,7 +86,11 @@ def _result_path(folder: Path, result: Path | None) -> Path:
 def _check_independent(recording: Recording, calibration: Calibration, folder: Path) -> None:
     """Refuse verification shots that the calibration has seen, by image content or by name in the same recording."""
     seen = set(calibration.inputs.values())
-    used = {shot.shot for shot in calibration.shots} if calibration.recording == recording.name else set()
+    used = (
+        {*(shot.shot for shot in calibration.shots), *calibration.scale_shots}
+        if calibration.recording == recording.name
+        else set()
+    )
     findings = []
     for i, shot in enumerate(recording.ids):
         if shot in used or any(recording.inputs.get(names[i]) in seen for names in recording.images.values()):

@@ -28,6 +28,9 @@ __all__ = ["BlockVerdict", "estimate_with_blocks"]
 FOLDS = 5
 STANDARD_ERRORS = 2.0
 
+NUMBERS_PER_UNKNOWN = 4
+"""Observed numbers per unknown below which a block is not even tried: few shots are explained by anything."""
+
 
 @dataclass(frozen=True)
 class BlockVerdict:
@@ -62,7 +65,7 @@ def estimate_with_blocks(
     scores = _heldout_scores(best)
     for block in blocks:
         extra = optional_parameters(data.arm, block)
-        if not extra:
+        if not extra or _numbers(best) < NUMBERS_PER_UNKNOWN * (len(best.covariance) + len(extra)):
             continue
         try:
             tried = estimate(data, noise=noise, parameters=(*best.parameters, *extra))
@@ -78,6 +81,12 @@ def estimate_with_blocks(
             best = estimate(data, noise=noise, parameters=tried.parameters)
             scores = _heldout_scores(best)
     return best, tuple(verdicts)
+
+
+def _numbers(found: Estimate) -> int:
+    """Numbers that the kept observations bring, less the own unknowns of their blocks."""
+    kept = sum(int(k.sum()) * found.fit.linear[i].residuals.shape[1] for i, k in enumerate(found.kept))
+    return kept - sum(rows.shape[0] * rows.shape[1] for rows in found.fit.reduced.own)
 
 
 def _heldout_scores(found: Estimate) -> Floats:
