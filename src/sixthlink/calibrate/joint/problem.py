@@ -98,8 +98,9 @@ def solve(problem: JointProblem, start: JointState, scales: Scales, weights: Wei
             return current.with_iterations(iteration)
         state, current = tried, new
     raise CalibrationError(
-        f"arm and head did not settle within {ITERATIONS} steps; the data contradict each other: look for shots paired "
-        "with the wrong joints, a wrong robot or a wrong orientation convention"
+        f"the estimate did not settle within {ITERATIONS} steps: either there are too few observations for what is "
+        "estimated (record 15 shots or more, of several placements), or they contradict each other (shots paired with "
+        "the wrong joints, a wrong robot, sign or order of a joint)"
     )
 
 
