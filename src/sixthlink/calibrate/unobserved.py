@@ -81,9 +81,9 @@ def degenerate_motion(seen: Observability) -> DegenerateMotionError:
     if seen.noise_decides:
         return DegenerateMotionError(
             f"robot and head disagree by {seen.disagreement_rad / DEG:.2g}° (RMS, per axis), which alone might fake "
-            f"the turns that would show {hidden}; look for a joint of the wrong sign or order, a wrong mount, direction "
-            "or orientation convention, shots paired with the wrong pose or a board read from the other end; if none of "
-            f"these, turn the flange more, or add shots, {cure}",
+            f"the turns that would show {hidden}; look for a joint of wrong sign or order, a wrong mount, direction "
+            "or orientation convention, shots paired with the wrong pose, a board read from the other end; if none "
+            f"of these, turn the flange more, or add shots, {cure}",
             directions=seen.words,
         )
     return DegenerateMotionError(
