@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from sixthlink.calibrate import ArmEvidence, NoiseEvidence
+from sixthlink.calibrate import NoiseEvidence
 from sixthlink.calibrate.touches import ArmCalibration, TouchEvidence
 from sixthlink.geometry import Floats
-from sixthlink.measure import LengthCheck, statistics
+from sixthlink.measure import COVERAGE_95, LengthCheck, statistics
 from sixthlink.report.figures import ErrorSeries, error_plot
+from sixthlink.report.joint_tables import arm_table, tolerances_in_words
 from sixthlink.report.quantities import DASH, fixed, millimetres, significant
 from sixthlink.report.tables import Table, length_statistics_table, length_table
 from sixthlink.report.templates import template
-from sixthlink.units import DEG, MM
+from sixthlink.units import MM
 
 __all__ = ["touch_page"]
 
@@ -49,7 +50,8 @@ def touch_page(calibration: ArmCalibration, *, check: LengthCheck | None = None,
         headline=_headline(calibration, check),
         facts=_facts(calibration),
         gauge=_gauge(check) if check else None,
-        arm=_arm_table(calibration.joint.arm),
+        arm=arm_table(calibration.arm, calibration.joint.arm),
+        tolerances=tolerances_in_words(calibration.arm, calibration.joint.arm),
         noise=_noise_table(calibration.joint.noise),
         sockets=_socket_table(calibration),
         touches=_touch_table(calibration.touches),
@@ -80,36 +82,16 @@ def _facts(c: ArmCalibration) -> list[tuple[str, str]]:
 
 def _gauge(check: LengthCheck) -> dict[str, Any]:
     certified = check.standard.length_m
-    after = ErrorSeries("after", "after", check.after_m - certified)
+    halves_m = None if check.std_m is None else COVERAGE_95 * np.hypot(check.std_m, check.standard.uncertainty_m)
+    after = ErrorSeries("after", "after", check.after_m - certified, halves_m)
     label = "Errors of the readings"
     plot: Markup = error_plot(check.placements, [after], band_m=2.0 * check.standard.uncertainty_m, label=label)
     return {
         "standard": f"{millimetres(certified)} ± {millimetres(check.standard.uncertainty_m)}",
         "table": length_table(check),
-        "doubt": _doubt_table(check),
         "statistics": length_statistics_table(check),
         "plot": plot,
     }
-
-
-def _doubt_table(check: LengthCheck) -> Table | None:
-    if check.std_m is None or check.inside_95 is None:
-        return None
-    rows = zip(check.placements, check.std_m, check.inside_95, strict=True)
-    heads = ("place", "95 % interval holds the certificate", "standard uncertainty [mm]")
-    return Table(heads, tuple((n, "yes" if i else "no", fixed(s / MM, 4)) for n, s, i in rows), words=2)
-
-
-def _arm_table(parameters: Sequence[ArmEvidence]) -> Table:
-    rows = []
-    for p in parameters:
-        scale, unit = {"m": (MM, "mm"), "rad": (DEG, "°")}.get(p.unit, (1.0, p.unit))
-        value = fixed(p.value / scale, 4) if p.free else DASH
-        change = fixed((p.value - p.nominal) / scale, 4, sign=True) if p.free else DASH
-        std = fixed(p.std / scale, 4) if p.free else DASH
-        rows.append((p.name, unit, fixed(p.nominal / scale, 4), value, change, std, p.reason))
-    heads = ("parameter", "unit", "nominal", "calibrated", "change", "± std", "remark")
-    return Table(heads, tuple(rows), words=2)
 
 
 def _noise_table(noise: Sequence[NoiseEvidence]) -> Table:
