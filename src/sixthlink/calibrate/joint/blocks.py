@@ -29,7 +29,8 @@ FOLDS = 5
 STANDARD_ERRORS = 2.0
 
 NUMBERS_PER_UNKNOWN = 4
-"""Observed numbers per unknown below which a block is not even tried: few shots are explained by anything."""
+"""Observed numbers per unknown of head and arm below which a block is not even tried: few shots are explained by
+anything. The cameras' unknowns are known from their images."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,8 @@ def estimate_with_blocks(
     scores = _heldout_scores(best)
     for block in blocks:
         extra = optional_parameters(data.arm, block)
-        if not extra or _numbers(best) < NUMBERS_PER_UNKNOWN * (len(best.covariance) + len(extra)):
+        unknowns = best.problem.columns.size - best.problem.columns.lens + len(extra)
+        if not extra or _numbers(best) < NUMBERS_PER_UNKNOWN * unknowns:
             continue
         try:
             tried = estimate(data, noise=noise, parameters=(*best.parameters, *extra))
