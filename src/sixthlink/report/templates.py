@@ -17,7 +17,7 @@ def template(page: str, *parts: str) -> Template:
     from jinja2 import DictLoader, Environment, StrictUndefined
 
     here = files("sixthlink.report")
-    names = (page, *parts, "parts.html", "page.css")
+    names = (page, *parts, "head.html", "parts.html", "page.css")
     environment = Environment(
         loader=DictLoader({name: here.joinpath(name).read_text("utf-8") for name in names}),
         autoescape=True,
