@@ -16,7 +16,7 @@ import numpy as np
 from sixthlink.calibrate import Gate
 from sixthlink.calibrate.touches import ArmCalibration, FixedPoint, HeldOutTouches, TouchEvidence
 from sixthlink.files.joint_section import arm_as_dict, arm_from_dict, evidence_as_dict, joint_from_dict
-from sixthlink.files.result_object import result_fault, result_object, write_object
+from sixthlink.files.result_object import made_from, result_object, write_object
 from sixthlink.recording import Rejection
 from sixthlink.target import LengthStandard
 
@@ -36,12 +36,7 @@ def read_arm_result(path: Path) -> ArmCalibration:
     Raises:
         InputError: The file is missing, too large, not JSON, of another schema or incomplete.
     """
-    data = result_object(path, ARM_RESULT_SCHEMA)
-    try:
-        return arm_result_from_dict(data)
-    except (KeyError, TypeError, ValueError) as problem:
-        cure = "the file was edited or cut; run sixthlink calibrate again"
-        raise result_fault(path, str(problem), "missing or of the wrong shape", "a complete result", cure) from None
+    return made_from(path, result_object(path, ARM_RESULT_SCHEMA), arm_result_from_dict)
 
 
 def arm_result_as_dict(calibration: ArmCalibration) -> dict[str, Any]:

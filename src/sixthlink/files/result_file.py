@@ -27,7 +27,7 @@ from sixthlink.calibrate import (
 )
 from sixthlink.camera import Camera, CameraRig
 from sixthlink.files.joint_section import arm_as_dict, arm_from_dict, joint_as_dict, joint_from_dict
-from sixthlink.files.result_object import result_fault, result_object, write_object
+from sixthlink.files.result_object import made_from, result_fault, result_object, write_object
 from sixthlink.files.unobserved import (
     filled,
     head_matrix,
@@ -63,11 +63,7 @@ def read_result(path: Path) -> Calibration:
         expected = "an orientation of the head, without which nothing is measured"
         cure = "record shots that turn the flange about two axes, and calibrate again"
         raise result_fault(path, "unobserved", what, expected, cure)
-    try:
-        return result_from_dict(data)
-    except (KeyError, TypeError, ValueError) as problem:
-        cure = "the file was edited or cut; run sixthlink calibrate again"
-        raise result_fault(path, str(problem), "missing or of the wrong shape", "a complete result", cure) from None
+    return made_from(path, data, result_from_dict)
 
 
 def result_as_dict(calibration: Calibration) -> dict[str, Any]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from sixthlink.errors import Finding, InputError
 from sixthlink.files.atomic import atomic_write_text
 
-__all__ = ["result_fault", "result_object", "write_object"]
+__all__ = ["made_from", "result_fault", "result_object", "write_object"]
+
+Made = TypeVar("Made")
 
 MAXIMUM_BYTES = 64 * 1024 * 1024
 
@@ -39,6 +41,19 @@ def result_object(path: Path, schema: str) -> dict[str, Any]:
         found = data.get("schema") if isinstance(data, dict) else type(data).__name__
         raise result_fault(path, "schema", f"is {found!r}", repr(schema), "read it with the release that wrote it")
     return data
+
+
+def made_from(path: Path, data: dict[str, Any], make: Callable[[dict[str, Any]], Made]) -> Made:
+    """What a result's JSON object stands for.
+
+    Raises:
+        InputError: The object is incomplete or of the wrong shape.
+    """
+    try:
+        return make(data)
+    except (KeyError, TypeError, ValueError) as problem:
+        cure = "the file was edited or cut; run sixthlink calibrate again"
+        raise result_fault(path, str(problem), "missing or of the wrong shape", "a complete result", cure) from None
 
 
 def result_fault(path: Path, field: str, what: str, expected: str, cure: str) -> InputError:
