@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +11,7 @@ from sixthlink.files.recording_schema import EXAMPLES, OF_A_HEAD, OPTIONAL, SECT
 from sixthlink.files.schema_findings import did_you_mean, said, validated
 from sixthlink.files.yaml_marks import Keys, MarkedYaml, yaml_finding
 
-__all__ = ["Sections", "add_finding", "read_sections"]
+__all__ = ["Sections", "add_finding", "note_unknown_sections", "read_sections", "take_section"]
 
 
 @dataclass(frozen=True)
@@ -46,21 +47,31 @@ def read_sections(marked: MarkedYaml) -> Sections:
         cure = "begin with a copy of the file that 'sixthlink init' writes"
         add_finding(sections, (), said(marked.value), "a mapping of sections", cure)
         return sections
-    for key in marked.value:
-        if key not in SECTIONS:
-            cure = did_you_mean(key, SECTIONS) or "remove it"
-            add_finding(sections, (key,), "is not a section of a recording", ", ".join(SECTIONS), cure, at_key=True)
+    note_unknown_sections(sections, SECTIONS, "a recording")
     touched = marked.value.get("observations") == TOUCHES
     for key, type_ in SECTIONS.items():
         if touched and key in OF_A_HEAD:
             if key in marked.value:
                 add_finding(sections, (key,), f"is not for observations: {TOUCHES}", "", "remove it", at_key=True)
             continue
-        if key in marked.value:
-            value, findings = validated(type_, marked, (key,), EXAMPLES)
-            sections.findings.extend(findings)
-            if not findings:
-                sections.valid[key] = value
-        elif key not in OPTIONAL:
-            add_finding(sections, (key,), "is missing", "", f'write it, for example "{EXAMPLES[key]}"')
+        take_section(sections, key, type_, EXAMPLES, optional=key in OPTIONAL)
     return sections
+
+
+def note_unknown_sections(sections: Sections, known: Mapping[str, Any], of_what: str) -> None:
+    """Note every section of a mapping that its kind of file does not have."""
+    for key in sections.marked.value:
+        if key not in known:
+            cure = did_you_mean(key, known) or "remove it"
+            add_finding(sections, (key,), f"is not a section of {of_what}", ", ".join(known), cure, at_key=True)
+
+
+def take_section(sections: Sections, key: str, type_: Any, examples: Mapping[str, str], *, optional: bool) -> None:
+    """Keep a section whose shape is right; note what is wrong with it, or that it is missing."""
+    if key in sections.marked.value:
+        value, findings = validated(type_, sections.marked, (key,), examples)
+        sections.findings.extend(findings)
+        if not findings:
+            sections.valid[key] = value
+    elif not optional:
+        add_finding(sections, (key,), "is missing", "", f'write it, for example "{examples[key]}"')

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from sixthlink.errors import InputError
 from sixthlink.files.recording_robot import robot_of
 from sixthlink.files.recording_schema import RobotSection as RecordingRobot
-from sixthlink.files.schema_findings import did_you_mean, said, validated
-from sixthlink.files.sections import Sections, add_finding
+from sixthlink.files.schema_findings import said
+from sixthlink.files.sections import Sections, add_finding, note_unknown_sections, take_section
 from sixthlink.files.shot_positions import joint_units
 from sixthlink.files.tracker_schema import (
     FREE,
@@ -84,19 +84,9 @@ def tracker_sections(path: Path) -> Sections:
         cure = "begin with the example in docs/formats.md"
         add_finding(sections, (), said(marked.value), "a mapping of sections", cure)
         return sections
-    for key in marked.value:
-        if key not in TRACKER_SECTIONS:
-            cure = did_you_mean(key, TRACKER_SECTIONS) or "remove it"
-            expected = ", ".join(TRACKER_SECTIONS)
-            add_finding(sections, (key,), "is not a section of a tracker record", expected, cure, at_key=True)
+    note_unknown_sections(sections, TRACKER_SECTIONS, "a tracker record")
     for key, type_ in TRACKER_SECTIONS.items():
-        if key in marked.value:
-            value, findings = validated(type_, marked, (key,), TRACKER_EXAMPLES)
-            sections.findings.extend(findings)
-            if not findings:
-                sections.valid[key] = value
-        elif key not in OPTIONAL_SECTIONS:
-            add_finding(sections, (key,), "is missing", "", f'write it, for example "{TRACKER_EXAMPLES[key]}"')
+        take_section(sections, key, type_, TRACKER_EXAMPLES, optional=key in OPTIONAL_SECTIONS)
     return sections
 
 
