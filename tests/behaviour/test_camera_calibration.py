@@ -245,6 +245,7 @@ def test_lens_terms_that_the_lens_has_not_stay_small_also_outside_the_corners():
 def test_few_tilted_views_do_not_run_away_into_tangential_terms():
     case = rehearsal(5, lenses=(RIGHT,), seed=2, tilt_deg=12.0, spread=0.01)
     distortion = calibrate_rig(case.recording, case.detections).rig.cameras[0].distortion
+    assert distortion[0] == pytest.approx(-0.11, abs=0.01)
     assert np.abs(distortion[2:4]).max() < 1.5e-3
 
 
