@@ -17,13 +17,14 @@ from sixthlink.calibrate.observations import (
     KnownLengths,
     MarkSightings,
     MeasuredPoints,
+    MeasuredPoses,
     SocketDistances,
     TargetPoseShots,
     moved,
 )
 from sixthlink.files import load_arm
-from sixthlink.geometry import inverse, motion_between, transform_points
-from sixthlink.robot import flange_poses
+from sixthlink.geometry import inverse, motion_between, transform, transform_points
+from sixthlink.robot import flange_poses, link_poses
 
 ROBOTS = ("abb_irb1400", "franka_fr3")
 STEP = 1e-6
@@ -68,6 +69,7 @@ def state_of(arm, rng) -> JointState:
         points_m=rng.normal(0, 0.5, (2, 2, 3)),
         marks_m=rng.normal(0, 0.5, (2, 2, 3)),
         reflectors_m=rng.normal(0, 0.1, (2, 3)),
+        Rs_link_reflector=random_transforms(rng, 2)[:, :3, :3],
         Ts_base_instrument=random_transforms(rng, 2),
     )
 
@@ -114,6 +116,15 @@ def sightings(arm, rng, *, fixed_head: bool) -> MarkSightings:
 
 
 KINDS = ("shots", "shots fixed", "lengths", "lengths fixed", "marks", "marks fixed", "touches", "distances", "measured")
+KINDS += ("probed",)
+
+
+def probed(arm, state: JointState, q) -> MeasuredPoses:
+    """Exact poses of a reflector on the flange: large residual turns bend the derivative to first order."""
+    at, station = np.ones(len(q), dtype=int), np.arange(len(q)) % 2
+    reflector = transform(state.Rs_link_reflector[1], state.reflectors_m[1])
+    Ts = inverse(state.Ts_base_instrument)[station] @ link_poses(arm, q, len(arm.joints)) @ reflector
+    return MeasuredPoses(q, Ts[:, :3, 3], station, at, np.full(len(arm.joints), 5e-5), rotations=Ts[:, :3, :3])
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -140,9 +151,11 @@ def test_derivatives_are_those_of_the_residual(robot, kind):
             np.array([0, 0, 1, 1]),
             np.array([0, 1, 1, 0]),
             np.full(len(arm.joints), 5e-5),
+            links=(3, len(arm.joints)),
         ),
+        "probed": lambda: probed(arm, state, joints(arm, rng, 5)),
     }[kind]()
-    columns = Columns(head=True, tool=True, reflectors=2, lens=2, arm=free)
+    columns = Columns(head=True, tool=True, reflectors=("a", "b"), turned=(1,), lens=2, arm=free)
     linear = seen.linearised(state, columns)
 
     def residuals(shared, own):

@@ -9,6 +9,7 @@ from sixthlink.robot.arm import (
     joint_jacobian,
     last_link,
     link5_poses,
+    link_poses,
     true_joints,
 )
 from sixthlink.robot.dialects import (
@@ -50,6 +51,7 @@ __all__ = [
     "joint_jacobian",
     "last_link",
     "link5_poses",
+    "link_poses",
     "link_table_from_arm",
     "paper_numbers_from_transform",
     "transform_from_head_link",

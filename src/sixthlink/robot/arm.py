@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,7 @@ __all__ = [
     "joint_jacobian",
     "last_link",
     "link5_poses",
+    "link_poses",
     "true_joints",
 ]
 
@@ -99,6 +101,16 @@ class Arm:
         """Index of the step that the last joint drives; the steps before it end in frame link5."""
         return int(np.flatnonzero(self.joint_map[:, -1])[-1])
 
+    @property
+    def own_steps(self) -> tuple[int, ...]:
+        """Index of the step that each joint drives itself: the first, before any that it drives by a coupling."""
+        return tuple(int(np.flatnonzero(column)[0]) for column in self.joint_map.T)
+
+    @property
+    def link_ends(self) -> tuple[int, ...]:
+        """Number of steps from the base to link 1, 2, ..., J: link k is what joint k carries, the last the flange."""
+        return (*self.own_steps[1:], len(self.kinds))
+
 
 def arm_with_values(arm: Arm, values: npt.ArrayLike, *, source: str | None = None) -> Arm:
     """The same arm with other constant step values ``(K,)`` [rad or m]."""
@@ -134,8 +146,8 @@ def true_joints(arm: Arm, joints: npt.ArrayLike) -> Floats:
 def gravity_levers(arm: Arm, joints: npt.ArrayLike) -> Floats:
     """Levers ``(N, J)`` of a load at the flange about every joint [m]; base z points up."""
     q = _checked_joints(arm, joints)
-    own = [int(np.flatnonzero(arm.joint_map[:, j])[0]) for j in range(len(arm.joints))]
-    axes, origins, T = _step_axes(arm, q)
+    own = list(arm.own_steps)
+    axes, origins, T = _step_axes(arm, q, len(arm.kinds))
     return lever_values(np.swapaxes(axes[own], 0, 1), np.swapaxes(origins[own], 0, 1), T[:, :3, 3])
 
 
@@ -165,23 +177,35 @@ def last_link(arm: Arm) -> Floats:
     return last
 
 
-def flange_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Flange poses and how every step's value moves them.
+def link_poses(arm: Arm, joints: npt.ArrayLike, link: int) -> Floats:
+    """Poses ``T_base_link`` ``(N, 4, 4)`` of link ``link`` (from 1; the last is the flange) [m]."""
+    q = true_joints(arm, joints)
+    T = np.tile(np.eye(4), (len(q), 1, 1))
+    for kind, value in islice(_moves(arm, q), arm.link_ends[link - 1]):
+        _advance(T, kind, value)
+    return T
+
+
+def flange_jacobian(arm: Arm, joints: npt.ArrayLike, *, link: int | None = None) -> tuple[Floats, Floats]:
+    """Flange poses, or those of another link, and how every step's value moves them.
 
     Args:
         arm: The arm.
         joints: ``(N, J)`` joint values [rad or m].
+        link: Number of the link from 1; the flange by default.
 
     Returns:
         ``(N, 4, 4)`` poses ``T_base_flange`` and ``(N, 6, K)`` motions (δp [m], δθ [rad]) in base axes per
         unit of each step's value.
     """
-    axes, origins, T = _step_axes(arm, true_joints(arm, joints))
+    steps = arm.link_ends[-1 if link is None else link - 1]
+    axes, origins, T = _step_axes(arm, true_joints(arm, joints), steps)
     turns = arm.turns
+    turns[steps:] = False
     J = np.zeros((*axes.shape[:2], 6))
     J[turns, :, :3] = np.cross(axes[turns], T[None, :, :3, 3] - origins[turns])
     J[turns, :, 3:] = axes[turns]
-    J[~turns, :, :3] = axes[~turns]
+    J[~turns, :, :3] = axes[~turns]  # zeros behind the link
     return T, np.ascontiguousarray(J.transpose(1, 2, 0))
 
 
@@ -191,12 +215,12 @@ def joint_jacobian(arm: Arm, joints: npt.ArrayLike) -> tuple[Floats, Floats]:
     return poses, per_step @ arm.joint_map
 
 
-def _step_axes(arm: Arm, q: Floats) -> tuple[Floats, Floats, Floats]:
-    """Axis ``(K, N, 3)`` and origin ``(K, N, 3)`` of every step in the base frame, and the flange ``(N, 4, 4)``."""
+def _step_axes(arm: Arm, q: Floats, steps: int) -> tuple[Floats, Floats, Floats]:
+    """Axis and origin ``(K, N, 3)`` of the first steps in the base frame, zero for the rest, and where they end."""
     K, N = len(arm.kinds), len(q)
-    axes, origins = np.empty((K, N, 3)), np.empty((K, N, 3))
+    axes, origins = np.zeros((K, N, 3)), np.zeros((K, N, 3))
     T = np.tile(np.eye(4), (N, 1, 1))
-    for k, (kind, value) in enumerate(_moves(arm, q)):
+    for k, (kind, value) in enumerate(islice(_moves(arm, q), steps)):
         axes[k], origins[k] = T[:, :3, _AXES[kind[1]]], T[:, :3, 3]
         _advance(T, kind, value)
     return axes, origins, T

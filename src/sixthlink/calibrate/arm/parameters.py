@@ -75,11 +75,11 @@ def optional_parameters(arm: Arm, block: str) -> tuple[ArmParameter, ...]:
     Raises:
         KeyError: There is no such block.
     """
-    turning = [j for j in range(len(arm.joints)) if arm.turns[_own_step(arm, j)]]
+    turning = [j for j, step in enumerate(arm.own_steps) if arm.turns[step]]
     return {
         "coupling": lambda: _couplings(arm),
         "scale": lambda: tuple(
-            ArmParameter(f"scale_{name}", "-", "scale", _own_step(arm, j), j, SCALE_SIGMA)
+            ArmParameter(f"scale_{name}", "-", "scale", arm.own_steps[j], j, SCALE_SIGMA)
             for j, name in enumerate(arm.joints)
         ),
         "harmonics": lambda: tuple(
@@ -115,19 +115,22 @@ def arm_with_steps(arm: Arm, parameters: Sequence[ArmParameter], steps: Floats) 
     return replace(arm, values=values, joint_map=joint_map, harmonics=harmonics, compliance=compliance)
 
 
-def arm_motions(arm: Arm, joints: Floats, parameters: Sequence[ArmParameter]) -> tuple[Floats, Floats, Floats]:
-    """Flange poses and how parameters and joints move them.
+def arm_motions(
+    arm: Arm, joints: Floats, parameters: Sequence[ArmParameter], *, link: int | None = None
+) -> tuple[Floats, Floats, Floats]:
+    """Flange poses, or those of another link, and how parameters and joints move them.
 
     Args:
         arm: The arm.
         joints: ``(N, J)`` joint values that the controller reports [rad or m].
         parameters: A parameters.
+        link: Number of the link from 1; the flange by default.
 
     Returns:
         ``(N, 4, 4)`` poses ``T_base_flange``; motions (δp [m], δθ [rad]) in base axes: ``(N, 6, A)`` per unit of each
         parameter and ``(N, 6, J)`` per unit of each joint.
     """
-    poses, per_step = flange_jacobian(arm, joints)
+    poses, per_step = flange_jacobian(arm, joints, link=link)
     per_joint: Floats = per_step @ arm.joint_map
     by_parameter = np.empty((len(joints), 6, len(parameters)))
     kinds = {p.kind for p in parameters}
@@ -152,11 +155,6 @@ def _value(arm: Arm, p: ArmParameter) -> float:
     if p.kind == "compliance":
         return float(arm.compliance[p.joint])
     return float(arm.values[p.step] if p.kind == "link" else arm.joint_map[p.step, p.joint])
-
-
-def _own_step(arm: Arm, joint: int) -> int:
-    """The step that a joint drives with its full motion: the first, before any that it drives by a coupling."""
-    return int(np.flatnonzero(arm.joint_map[:, joint])[0])
 
 
 def _couplings(arm: Arm) -> tuple[ArmParameter, ...]:

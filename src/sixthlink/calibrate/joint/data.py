@@ -14,27 +14,41 @@ import numpy as np
 
 from sixthlink.calibrate.head import HeadProblem
 from sixthlink.calibrate.joint.consensus import consensus
+from sixthlink.calibrate.joint.standing import standing
 from sixthlink.calibrate.observations import (
     Columns,
     FixedPointTouches,
     JointState,
     MarkSightings,
     MeasuredPoints,
+    MeasuredPoses,
     Observations,
     SocketDistances,
     TargetPoseShots,
     carried,
 )
-from sixthlink.geometry import Floats, nearest_rotation
+from sixthlink.geometry import Floats
 from sixthlink.robot import Arm, flange_poses
 
-__all__ = ["HeadShots", "JointData", "looked_at", "observations_of", "pose_noises", "repeatability_of", "start_of"]
+__all__ = [
+    "HeadShots",
+    "JointData",
+    "looked_at",
+    "observations_of",
+    "pose_noises",
+    "reflector_names",
+    "repeatability_of",
+    "start_of",
+]
 
 UNSTATED_REPEATABILITY_RAD = 1e-4
 """Where the noise estimate starts for an arm whose file states no repeatability."""
 
 FIRST_CONTACT_M = 2e-4
 """Where the noise estimate of touches, and of measured points without a stated noise, starts [m]."""
+
+FIRST_ORIENTATION_RAD = 1e-3
+"""Where the noise estimate of measured orientations without a stated noise starts [rad]."""
 
 ROTATION_LENGTH_M = 1.0
 """ℓ of eq. (11) for the start."""
@@ -73,7 +87,8 @@ class JointData:
         certificate: Their certified distances.
         touches: Touches of fixed points.
         distances: Known distances between touched points.
-        measured: Points on the flange that an outside instrument measured.
+        measured: Points on the links that an outside instrument measured.
+        probed: The same where it measured the orientation too; stations and reflectors are numbered as in ``measured``.
     """
 
     arm: Arm
@@ -85,18 +100,29 @@ class JointData:
     touches: FixedPointTouches | None = None
     distances: SocketDistances | None = None
     measured: MeasuredPoints | None = None
+    probed: MeasuredPoses | None = None
 
     def __post_init__(self) -> None:
-        if self.shots is None and self.touches is None and self.measured is None:
+        if self.shots is None and self.touches is None and not self.outside:
             raise ValueError("a joint calibration needs shots of a target, touches or measured points")
         if not len(self.lens_offset):
             object.__setattr__(self, "lens_offset", np.zeros(len(self.lens_covariance)))
 
     @property
+    def outside(self) -> tuple[MeasuredPoints, ...]:
+        """What an outside instrument measured: points, poses, both or nothing."""
+        return tuple(kind for kind in (self.measured, self.probed) if kind is not None)
+
+    @property
+    def singles(self) -> int:
+        """Number of kinds whose observations can be wrong one by one; they come first in :func:`observations_of`."""
+        return (self.shots is not None) + (self.touches is not None) + len(self.outside)
+
+    @property
     def stated(self) -> Mapping[str, float]:
         """Origins of noise whose size is stated beforehand, as scales."""
         known = {"joints": 1.0} if self.arm.joint_repeatability_rad else {}
-        return known | {"pixels": 1.0, "standard": 1.0, "instrument": 1.0}
+        return known | {"pixels": 1.0, "standard": 1.0, "instrument": 1.0, "probe": 1.0}
 
 
 def repeatability_of(arm: Arm) -> Floats:
@@ -107,8 +133,16 @@ def repeatability_of(arm: Arm) -> Floats:
 def observations_of(data: JointData) -> tuple[Observations, ...]:
     """Every kind that was observed; those of single shots and points, which can be wrong one by one, come first."""
     shots = None if data.shots is None else _target_shots(data.shots, repeatability_of(data.arm))
-    kinds = (shots, data.touches, data.measured, data.sightings, data.certificate, data.distances)
+    kinds = (shots, data.touches, *data.outside, data.sightings, data.certificate, data.distances)
     return tuple(kind for kind in kinds if kind is not None)
+
+
+def reflector_names(data: JointData) -> tuple[str, ...]:
+    """Names of the measured reflectors, by their numbers."""
+    if not data.outside:
+        return ()
+    count = max(int(kind.reflectors.max()) for kind in data.outside) + 1
+    return data.outside[0].names or tuple(f"R{k + 1}" for k in range(count))
 
 
 def start_of(data: JointData) -> tuple[JointState, dict[str, float]]:
@@ -116,6 +150,7 @@ def start_of(data: JointData) -> tuple[JointState, dict[str, float]]:
     state = JointState(data.arm, lens_step=np.zeros(len(data.lens_covariance)))
     scales = {"joints": 1.0, "pixels": 1.0, "standard": 1.0, "instrument": 1.0}
     scales |= {"contact": FIRST_CONTACT_M, "readings": FIRST_CONTACT_M}
+    scales |= {"orientation": FIRST_ORIENTATION_RAD, "probe": 1.0}
     changes: dict[str, Floats] = {}
     if data.shots is not None:
         found = consensus(data.shots.problem, ROTATION_LENGTH_M)
@@ -128,8 +163,10 @@ def start_of(data: JointData) -> tuple[JointState, dict[str, float]]:
     if data.touches is not None:
         tool_m, points_m = _touching(data.arm, data.touches)
         changes |= {"tool_m": tool_m, "points_m": points_m}
-    if data.measured is not None:
-        changes |= _standing(data.arm, data.measured)
+    if data.outside:
+        found_at = standing(data.arm, data.outside)
+        names = ("reflectors_m", "Rs_link_reflector", "Ts_base_instrument")
+        changes |= {name: getattr(found_at, name) for name in names}
     return JointState(**(vars(state) | changes)), scales
 
 
@@ -215,28 +252,3 @@ def _touching(arm: Arm, touches: FixedPointTouches) -> tuple[Floats, Floats]:
     right = -Ts_base_flange[:, :3, 3]
     found = np.asarray(np.linalg.lstsq(rows.reshape(3 * N, -1), right.ravel())[0], dtype=np.float64)
     return found[:3], found[3:].reshape(B, m, 3)
-
-
-def _standing(arm: Arm, measured: MeasuredPoints) -> dict[str, Floats]:
-    """Reflectors and where the instrument stands under the nominal arm.
-
-    Linear with free matrices instead of rotations; then the nearest rotations, and the positions once more.
-    """
-    Ts_base_flange = flange_poses(arm, measured.joints)
-    N, B, r = len(measured.joints), int(measured.stations.max()) + 1, int(measured.reflectors.max()) + 1
-    rows = np.zeros((N, 3, 3 * r + 12 * B))
-    for k in range(3):
-        rows[np.arange(N), :, 3 * measured.reflectors + k] = Ts_base_flange[:, :3, k]
-        at = 3 * r + 12 * measured.stations + 4 * k
-        rows[np.arange(N), k, at + 3] = -1.0
-        for i in range(3):
-            rows[np.arange(N), k, at + i] = -measured.points_m[:, i]
-    right = -Ts_base_flange[:, :3, 3]
-    found = np.asarray(np.linalg.lstsq(rows.reshape(3 * N, -1), right.ravel())[0], dtype=np.float64)
-    Ts_base_instrument = np.tile(np.eye(4), (B, 1, 1))
-    Ts_base_instrument[:, :3, :3] = nearest_rotation(found[3 * r :].reshape(B, 3, 4)[:, :, :3])
-    turned = np.einsum("nij,nj->ni", Ts_base_instrument[measured.stations, :3, :3], measured.points_m)
-    places = rows.reshape(N, 3, -1)[:, :, [*range(3 * r), *(3 * r + 4 * k + 3 for k in range(3 * B))]]
-    found = np.asarray(np.linalg.lstsq(places.reshape(3 * N, -1), (right + turned).ravel())[0], dtype=np.float64)
-    Ts_base_instrument[:, :3, 3] = found[3 * r :].reshape(B, 3)
-    return {"reflectors_m": found[: 3 * r].reshape(r, 3), "Ts_base_instrument": Ts_base_instrument}

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from sixthlink.calibrate.arm import ArmParameter, Visibility, link_parameters, visibility
 from sixthlink.calibrate.joint.consensus import limit, student_weights
-from sixthlink.calibrate.joint.data import JointData, observations_of, start_of
+from sixthlink.calibrate.joint.data import JointData, observations_of, reflector_names, start_of
 from sixthlink.calibrate.joint.noise import fitted_covariances, shared_covariance, updated_scales
 from sixthlink.calibrate.joint.problem import Fit, JointProblem, Scales, Weights, solve
 from sixthlink.calibrate.observations import (
@@ -37,7 +37,7 @@ SETTLED = 1e-3
 FEWEST_FOR_NOISE = 12
 """Degrees of freedom from which the noise is estimated; with fewer it stays as stated."""
 
-RECORDED = ("across", "along", "tilt", "roll", "contact", "readings")
+RECORDED = ("across", "along", "tilt", "roll", "contact", "readings", "orientation")
 """Origins of noise that nobody states: they are always estimated."""
 
 
@@ -105,7 +105,7 @@ def _settled(
 ) -> tuple[Fit, Scales, Weights]:
     """Rounds of fit, verdict on every single observation, and size of the noise."""
     blocks = [o.block for o in problem.observations]
-    linear = [o.linearised(state, problem.columns) for o in problem.observations[: _singles(data)]]
+    linear = [o.linearised(state, problem.columns) for o in problem.observations[: data.singles]]
     weights = {k: student_weights(mahalanobis(part, scales), part.residuals.shape[1]) for k, part in enumerate(linear)}
     fit = solve(problem, state, scales, weights)
     origins = _estimated(fit, data, noise)
@@ -165,7 +165,8 @@ def _columns(data: JointData, arm: tuple[ArmParameter, ...]) -> Columns:
     return Columns(
         head=data.shots is not None,
         tool=data.touches is not None,
-        reflectors=0 if data.measured is None else int(data.measured.reflectors.max()) + 1,
+        reflectors=reflector_names(data),
+        turned=() if data.probed is None else tuple(np.unique(data.probed.reflectors).tolist()),
         lens=len(data.lens_covariance),
         arm=arm,
     )
@@ -180,11 +181,6 @@ def _problem(data: JointData, columns: Columns) -> JointProblem:
         prior[A:, columns.lens_slice] = white
         right[A:] = -white @ data.lens_offset
     return JointProblem(observations_of(data), columns, prior, right)
-
-
-def _singles(data: JointData) -> int:
-    """Number of kinds whose observations can be wrong one by one."""
-    return (data.shots is not None) + (data.touches is not None) + (data.measured is not None)
 
 
 def _estimated(fit: Fit, data: JointData, noise: str) -> tuple[str, ...]:
@@ -203,8 +199,9 @@ def _dof(fit: Fit, weights: Weights) -> int:
         used = np.count_nonzero(weights[k]) if k in weights else len(linear.residuals)
         count += int(used) * linear.residuals.shape[1]
     unknown = sum(rows.shape[0] * rows.shape[1] for rows in fit.reduced.own)
-    on_flange = 3 * (fit.state.tool_m is not None) + fit.state.reflectors_m.size
-    return count - unknown - 6 * (fit.state.X is not None) - on_flange
+    points = 3 * (fit.state.tool_m is not None) + fit.state.reflectors_m.size
+    turned = 3 * sum(bool((np.eye(3) != R).any()) for R in fit.state.Rs_link_reflector)
+    return count - unknown - 6 * (fit.state.X is not None) - points - turned
 
 
 def _chi2(data: JointData, problem: JointProblem, fit: Fit, scales: Scales, weights: Weights) -> tuple[float, int]:

@@ -23,7 +23,15 @@ PRIOR_RULES = 0.9
 """Share of the maker's tolerance from which a standard deviation counts as the tolerance itself."""
 
 _MOTION = (("x", "m"), ("y", "m"), ("z", "m"), ("rotation_x", "rad"), ("rotation_y", "rad"), ("rotation_z", "rad"))
-_NOISE_UNITS = {"across": "m", "along": "m", "contact": "m", "readings": "m", "tilt": "rad", "roll": "rad"}
+_NOISE_UNITS = {
+    "across": "m",
+    "along": "m",
+    "contact": "m",
+    "readings": "m",
+    "tilt": "rad",
+    "roll": "rad",
+    "orientation": "rad",
+}
 
 
 @dataclass(frozen=True)
@@ -151,7 +159,8 @@ def names_of(columns: Columns, lens: Sequence[str]) -> tuple[str, ...]:
     """Names of the shared unknowns in the order of their columns."""
     head = [f"head.{axis}" for axis, _ in _MOTION] if columns.head else []
     tool = ["tool.x", "tool.y", "tool.z"] if columns.tool else []
-    tool += [f"reflector{k + 1}.{axis}" for k in range(columns.reflectors) for axis in "xyz"]
+    tool += [f"{name}.{axis}" for name in columns.reflectors for axis in "xyz"]
+    tool += [f"{columns.reflectors[k]}.{axis}" for k in columns.turned for axis, _ in _MOTION[3:]]
     return (*head, *tool, *lens, *(f"arm.{p.name}" for p in columns.arm))
 
 

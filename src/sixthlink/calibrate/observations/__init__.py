@@ -11,7 +11,7 @@ from sixthlink.calibrate.observations.linearised import (
     whitened,
 )
 from sixthlink.calibrate.observations.mark_sightings import MarkSightings
-from sixthlink.calibrate.observations.measured_points import MeasuredPoints
+from sixthlink.calibrate.observations.measured_points import MeasuredPoints, MeasuredPoses, carrier_poses
 from sixthlink.calibrate.observations.state import Columns, JointState, moved
 from sixthlink.calibrate.observations.target_poses import TargetPoseShots, carried
 
@@ -23,11 +23,13 @@ __all__ = [
     "Linearised",
     "MarkSightings",
     "MeasuredPoints",
+    "MeasuredPoses",
     "Observations",
     "Posed",
     "SocketDistances",
     "TargetPoseShots",
     "carried",
+    "carrier_poses",
     "covariances",
     "mahalanobis",
     "moved",

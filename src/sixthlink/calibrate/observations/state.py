@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sixthlink.calibrate.arm import ArmParameter, arm_with_steps
-from sixthlink.geometry import Floats, apply_motion
+from sixthlink.geometry import Floats, apply_motion, exp_rotation
 from sixthlink.robot import Arm
 
 __all__ = ["HEAD", "Columns", "JointState", "moved"]
@@ -19,19 +19,21 @@ HEAD = 6
 
 @dataclass(frozen=True)
 class Columns:
-    """Where each kind of shared unknown stands: the head first, then points on the flange, lenses and arm.
+    """Where each kind of shared unknown stands: the head first, then points on the links, lenses and arm.
 
     Attributes:
         head: Whether a head is estimated.
         tool: Whether a point on the flange is estimated.
-        reflectors: Number of reflectors on the flange that are estimated.
+        reflectors: Names of the reflectors whose place on their link is estimated.
+        turned: Indices of those whose orientation on their link is estimated too.
         lens: Number of free unknowns of the cameras.
         arm: The arm's free parameters.
     """
 
     head: bool = True
     tool: bool = False
-    reflectors: int = 0
+    reflectors: tuple[str, ...] = ()
+    turned: tuple[int, ...] = ()
     lens: int = 0
     arm: tuple[ArmParameter, ...] = ()
 
@@ -50,12 +52,18 @@ class Columns:
     def reflectors_slice(self) -> slice:
         """Columns of the reflectors, one after the other."""
         start = self.tool_slice.stop
-        return slice(start, start + 3 * self.reflectors)
+        return slice(start, start + 3 * len(self.reflectors))
+
+    @property
+    def turned_slice(self) -> slice:
+        """Columns of the reflectors' orientations, one after the other."""
+        start = self.reflectors_slice.stop
+        return slice(start, start + 3 * len(self.turned))
 
     @property
     def lens_slice(self) -> slice:
         """Columns of the cameras."""
-        start = self.reflectors_slice.stop
+        start = self.turned_slice.stop
         return slice(start, start + self.lens)
 
     @property
@@ -83,7 +91,8 @@ class JointState:
         Ts_stand_target: ``(P, 4, 4)`` target placements: in the base frame, or in the flange's for a fixed head.
         points_m: ``(B, m, 3)`` touched points, m to a place [m].
         marks_m: ``(B, m, 3)`` marks that the head saw, m to a place, in the frame in which they stand still [m].
-        reflectors_m: ``(r, 3)`` reflectors carried by the flange, in its frame [m].
+        reflectors_m: ``(r, 3)`` reflectors in the frame of the link that carries each [m].
+        Rs_link_reflector: ``(r, 3, 3)`` their orientations there; the identity where none was measured.
         Ts_base_instrument: ``(B, 4, 4)`` where an instrument stands, station by station.
     """
 
@@ -96,6 +105,7 @@ class JointState:
     points_m: Floats = field(default_factory=lambda: np.zeros((0, 1, 3)))
     marks_m: Floats = field(default_factory=lambda: np.zeros((0, 1, 3)))
     reflectors_m: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    Rs_link_reflector: Floats = field(default_factory=lambda: np.zeros((0, 3, 3)))
     Ts_base_instrument: Floats = field(default_factory=lambda: np.zeros((0, 4, 4)))
 
 
@@ -107,6 +117,11 @@ def moved(state: JointState, columns: Columns, shared: Floats, own: Sequence[tup
         "lens_step": state.lens_step + shared[columns.lens_slice],
         "reflectors_m": state.reflectors_m + shared[columns.reflectors_slice].reshape(-1, 3),
     }
+    if columns.turned:
+        Rs = state.Rs_link_reflector.copy()
+        turns = shared[columns.turned_slice].reshape(-1, 3)
+        Rs[list(columns.turned)] = exp_rotation(turns) @ Rs[list(columns.turned)]
+        changes["Rs_link_reflector"] = Rs
     if state.X is not None:
         changes["X"] = apply_motion(state.X, shared[columns.head_slice])
     if state.tool_m is not None:
