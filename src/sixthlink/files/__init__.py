@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from sixthlink.files.skeleton import write_skeleton
     from sixthlink.files.study_table import append_trial, read_study, write_study
+    from sixthlink.files.tracked_arm_file import TRACKED_ARM_SCHEMA, tracked_arm_as_dict, write_tracked_arm
     from sixthlink.files.tracker_folder import read_tracker_record
     from sixthlink.files.tracker_skeleton import write_tracker_skeleton
     from sixthlink.files.tracker_writer import write_tracker_record
@@ -51,6 +52,7 @@ _ROOMS = {
     "result_file": ("RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"),
     "skeleton": ("write_skeleton",),
     "study_table": ("append_trial", "read_study", "write_study"),
+    "tracked_arm_file": ("TRACKED_ARM_SCHEMA", "tracked_arm_as_dict", "write_tracked_arm"),
     "tracker_folder": ("read_tracker_record",),
     "tracker_skeleton": ("write_tracker_skeleton",),
     "tracker_writer": ("write_tracker_record",),
@@ -62,6 +64,7 @@ _HOMES = {name: room for room, names in _ROOMS.items() for name in names}
 __all__ = [
     "ARM_RESULT_SCHEMA",
     "RESULT_SCHEMA",
+    "TRACKED_ARM_SCHEMA",
     "append_trial",
     "arm_from_urdf",
     "arm_result_as_dict",
@@ -82,6 +85,7 @@ __all__ = [
     "read_tracker_record",
     "result_as_dict",
     "result_from_dict",
+    "tracked_arm_as_dict",
     "write_arm",
     "write_arm_result",
     "write_detections",
@@ -89,6 +93,7 @@ __all__ = [
     "write_result",
     "write_skeleton",
     "write_study",
+    "write_tracked_arm",
     "write_tracker_record",
     "write_tracker_skeleton",
     "write_truth",

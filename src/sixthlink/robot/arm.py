@@ -178,10 +178,16 @@ def last_link(arm: Arm) -> Floats:
 
 
 def link_poses(arm: Arm, joints: npt.ArrayLike, link: int) -> Floats:
-    """Poses ``T_base_link`` ``(N, 4, 4)`` of link ``link`` (from 1; the last is the flange) [m]."""
+    """Poses ``T_base_link`` ``(N, 4, 4)`` of a link, each ending where the next joint's own step begins.
+
+    Args:
+        arm: The arm.
+        joints: ``(N, J)`` joint values [rad or m].
+        link: Number of the link: 0 is what stands before the first joint, the last is the flange.
+    """
     q = true_joints(arm, joints)
     T = np.tile(np.eye(4), (len(q), 1, 1))
-    for kind, value in islice(_moves(arm, q), arm.link_ends[link - 1]):
+    for kind, value in islice(_moves(arm, q), (arm.own_steps[0], *arm.link_ends)[link]):
         _advance(T, kind, value)
     return T
 

@@ -7,6 +7,12 @@ from sixthlink.simulate.optics import sensor_positions
 from sixthlink.simulate.render import render_image
 from sixthlink.simulate.scenario import SCENARIOS, Scenario
 from sixthlink.simulate.sightings import ruler_marks, true_pixels
+from sixthlink.simulate.tracker_session import (
+    SimulatedTracking,
+    TrackerSession,
+    TrackerTruth,
+    simulate_tracking,
+)
 from sixthlink.simulate.truth import GroundTruth, SimulatedCell
 
 __all__ = [
@@ -14,6 +20,9 @@ __all__ = [
     "GroundTruth",
     "Scenario",
     "SimulatedCell",
+    "SimulatedTracking",
+    "TrackerSession",
+    "TrackerTruth",
     "built_arm",
     "built_rig",
     "chain_of_arm",
@@ -24,5 +33,6 @@ __all__ = [
     "ruler_marks",
     "sensor_positions",
     "simulate_cell",
+    "simulate_tracking",
     "true_pixels",
 ]

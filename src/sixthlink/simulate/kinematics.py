@@ -14,7 +14,7 @@ import numpy.typing as npt
 from sixthlink.geometry import Floats
 from sixthlink.robot import Arm
 
-__all__ = ["Chain", "chain_of_arm", "chain_poses", "joints_for_poses"]
+__all__ = ["Chain", "chain_link_poses", "chain_of_arm", "chain_poses", "joints_for_poses"]
 
 _AXES = ("x", "y", "z")
 IK_STEPS = 25
@@ -57,6 +57,16 @@ def chain_of_arm(arm: Arm) -> Chain:
 def chain_poses(chain: Chain, joints: npt.ArrayLike) -> Floats:
     """Poses ``T_base_flange`` ``(N, 4, 4)`` of ``(N, J)`` joint values [rad or m]."""
     poses: Floats = _before_each_step(chain, np.asarray(joints, dtype=np.float64))[-1] @ chain.fixed[-1]
+    return poses
+
+
+def chain_link_poses(chain: Chain, joints: npt.ArrayLike, link: int) -> Floats:
+    """Poses ``T_base_link`` ``(N, 4, 4)`` of the part that joint ``link`` (from 1) carries, the last being the flange.
+
+    Every joint drives one step of its own, in their order; the part ends where the next joint's step begins.
+    """
+    q = np.asarray(joints, dtype=np.float64)
+    poses: Floats = chain_poses(chain, q) if link == len(chain.kinds) else np.array(_before_each_step(chain, q)[link])
     return poses
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,7 +28,7 @@ _LINK_PARAMETER = re.compile(r"(theta|d|a|alpha|beta)(\d+)")
 
 
 def built_arm(scenario: Scenario, nominal_arm: Arm, random: np.random.Generator) -> Arm:
-    """The arm with errors in every DH parameter of its links.
+    """The arm with errors in every DH parameter of its links and in its couplings.
 
     d stays as drawn where Hayati's β exists: between parallel axes d is one unknown with the next link's.
 
@@ -46,7 +47,11 @@ def built_arm(scenario: Scenario, nominal_arm: Arm, random: np.random.Generator)
     for k, part in enumerate(parts):
         if part is None or (part[1] == "d" and f"beta{part[2]}" in names):
             sigmas[k] = 0.0
-    return arm_with_values(nominal_arm, nominal_arm.values + sigmas * errors, source="simulated")
+    built = arm_with_values(nominal_arm, nominal_arm.values + sigmas * errors, source="simulated")
+    coupled = nominal_arm.joint_map.astype(bool)
+    coupled[list(nominal_arm.own_steps), range(len(nominal_arm.joints))] = False
+    ratios = nominal_arm.joint_map + scenario.coupling_sigma * coupled * random.standard_normal(coupled.shape)
+    return replace(built, joint_map=ratios)
 
 
 def drawn_head(scenario: Scenario, nominal_arm: Arm) -> Floats:

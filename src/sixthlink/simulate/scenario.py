@@ -26,6 +26,7 @@ class Scenario:
         name: Name of the scenario.
         length_sigma_m: Error of every DH length of the arm [m].
         angle_sigma_rad: Error of every DH angle of the arm, θ offsets and Hayati's β included [rad].
+        coupling_sigma: Error of every coupling between joints [-].
         joint_repeatability_rad: Error of every joint in every shot [rad].
         head: The drawing's head as the arm's last link.
         head_shift_m: Largest distance between the built head and the drawing [m].
@@ -69,6 +70,7 @@ class Scenario:
     name: str = "paper"
     length_sigma_m: float = 0.5 * MM
     angle_sigma_rad: float = 0.03 * DEG
+    coupling_sigma: float = 0.0
     joint_repeatability_rad: float = 50e-6
     head: PaperNumbers = PaperNumbers(  # noqa: RUF009 - frozen, so one default can be shared
         0.3516, 0.0901, 0.0727, 42.5612 * MM, 191.3183 * MM, 104.4643 * MM
@@ -138,6 +140,7 @@ _STREAMS = (
     "joints",
     "pixels",
     "image",
+    "tracker",
 )
 """Purposes of random numbers; their order is part of what a seed means."""
 

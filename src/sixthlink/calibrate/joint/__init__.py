@@ -14,8 +14,10 @@ from sixthlink.calibrate.joint.evidence import (
 )
 from sixthlink.calibrate.joint.noise import fitted_covariances, shared_covariance
 from sixthlink.calibrate.joint.problem import Fit, JointProblem, solve
+from sixthlink.calibrate.joint.standing import MOST, Standing, standing
 
 __all__ = [
+    "MOST",
     "ArmEvidence",
     "BlockVerdict",
     "Budget",
@@ -27,6 +29,7 @@ __all__ = [
     "JointEvidence",
     "JointProblem",
     "NoiseEvidence",
+    "Standing",
     "estimate",
     "estimate_with_blocks",
     "fitted_covariances",
@@ -36,5 +39,6 @@ __all__ = [
     "repeatability_of",
     "shared_covariance",
     "solve",
+    "standing",
     "start_of",
 ]

@@ -18,12 +18,15 @@ from sixthlink.calibrate.observations import MeasuredPoints, MeasuredPoses, carr
 from sixthlink.geometry import Floats, Ints, exp_rotation, hat, nearest_rotation, transform
 from sixthlink.robot import Arm
 
-__all__ = ["Standing", "standing"]
+__all__ = ["MOST", "Standing", "standing"]
 
 MOST_POINTS = 3000
 """Points that are asked, evenly over all; a start needs no more."""
 
 ROUNDS, TURNS = 15, 30
+MOST = 0.85
+"""Share of the points by which an arm is judged: a median would believe what only one pose of the sweeps says."""
+
 WELL_SEEN = 1e-4
 """Smallest singular value of the scaled linear system, over its largest, from which its answer is believed."""
 
@@ -39,15 +42,19 @@ class Standing:
         reflectors_m: ``(r, 3)`` reflectors in the frame of the link that carries each [m].
         Rs_link_reflector: ``(r, 3, 3)`` their orientations there; the identity where none was measured.
         Ts_base_instrument: ``(B, 4, 4)`` where the instrument stands, station by station.
-        median_m: Median distance of the points from where the arm carries them [m].
-        stretch: ``(B, 3)`` singular values of the free matrices, 1 for rotations; None where they are not believed.
+        most_m: Distance from where the arm carries them that ``MOST`` of the points keep [m].
+        free_most_m: The same with free matrices in place of rotations [m]; infinite where the points do not show
+            them.
+        stretch: ``(B, 3)`` singular values of the free matrices, 1 for rotations; None where the points do not show
+            them.
         mirrored: Whether the free matrices change the handedness.
     """
 
     reflectors_m: Floats
     Rs_link_reflector: Floats
     Ts_base_instrument: Floats
-    median_m: float
+    most_m: float
+    free_most_m: float
     stretch: Floats | None
     mirrored: bool
 
@@ -64,10 +71,10 @@ def standing(arm: Arm, seen: Sequence[MeasuredPoints]) -> Standing:
     stations, reflectors = (np.concatenate([getattr(m, name) for m in seen]) for name in ("stations", "reflectors"))
     asked = np.unique(np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).round().astype(np.int64))
     rows = _Rows(points[asked], Ts_base_link[asked], stations[asked], reflectors[asked])
-    free = _free(rows)
+    free, free_most_m = _free(rows)
     starts = [nearest_rotation(free)] if free is not None else list(_cube_turns(rows.B))
     answers = [_settled(rows, R) for R in starts]
-    best = min(answers, key=lambda a: a.median_m)
+    best = min(answers, key=lambda a: a.most_m)
     R = best.Ts_base_instrument
     turned = np.tile(np.eye(3), (rows.r, 1, 1))
     for m in seen:
@@ -77,7 +84,8 @@ def standing(arm: Arm, seen: Sequence[MeasuredPoints]) -> Standing:
         best.reflectors_m,
         turned,
         best.Ts_base_instrument,
-        best.median_m,
+        best.most_m,
+        free_most_m,
         None if free is None else np.asarray(np.linalg.svd(free, compute_uv=False), dtype=np.float64),
         free is not None and bool((np.linalg.det(free) < 0.0).any()),
     )
@@ -119,19 +127,22 @@ class _Rows:
 class _Placed:
     reflectors_m: Floats
     Ts_base_instrument: Floats
-    median_m: float
+    most_m: float
 
 
-def _free(rows: _Rows) -> Floats | None:
-    """Free matrices ``(B, 3, 3)`` from instrument to base; None where the points do not show them."""
+def _free(rows: _Rows) -> tuple[Floats | None, float]:
+    """Free matrices ``(B, 3, 3)`` from instrument to base, None where not shown, and the distance that most keep."""
     N, B, r = len(rows.points_m), rows.B, rows.r
     by_matrix = np.zeros((N, 3, 9 * B))
     for k in range(3):
         for i in range(3):
             by_matrix[np.arange(N), k, 9 * rows.stations + 3 * k + i] = -rows.points_m[:, i]
     A = np.concatenate([rows.by_reflector(), rows.by_station(), by_matrix], axis=2)
-    found = _least_distances(A, -rows.Ts_base_link[:, :3, 3])
-    return None if found is None else found[3 * (r + B) :].reshape(B, 3, 3)
+    right = -rows.Ts_base_link[:, :3, 3]
+    found = _least_distances(A, right)
+    if found is None:
+        return None, np.inf
+    return found[3 * (r + B) :].reshape(B, 3, 3), float(np.quantile(np.linalg.norm(A @ found - right, axis=1), MOST))
 
 
 def _least_distances(A: Floats, right: Floats) -> Floats | None:
@@ -169,7 +180,7 @@ def _settled(rows: _Rows, R: Floats) -> _Placed:
         R = exp_rotation(turns) @ R
     turned = np.einsum("nij,nj->ni", R[rows.stations], rows.points_m)
     off = np.linalg.norm(A[:, :, : 3 * (r + B)] @ x - (turned - rows.Ts_base_link[:, :3, 3]), axis=1)
-    return _Placed(x[: 3 * r].reshape(r, 3), transform(R, x[3 * r :].reshape(B, 3)), float(np.median(off)))
+    return _Placed(x[: 3 * r].reshape(r, 3), transform(R, x[3 * r :].reshape(B, 3)), float(np.quantile(off, MOST)))
 
 
 def _weights(distances_m: Floats) -> Floats:

@@ -4,7 +4,7 @@ from sixthlink.calibrate.tracker.axis import AxisFit, axis_covariance, circle_co
 from sixthlink.calibrate.tracker.drift import TrackerMotion, drift_findings, tracker_motion
 from sixthlink.calibrate.tracker.findings import CircleFinding, NoCircleError
 from sixthlink.calibrate.tracker.sweep import Sweep, sweep_of
-from sixthlink.calibrate.tracker.turning import Turning
+from sixthlink.calibrate.tracker.turning import Turning, arc_of
 
 __all__ = [
     "AxisFit",
@@ -13,6 +13,7 @@ __all__ = [
     "Sweep",
     "TrackerMotion",
     "Turning",
+    "arc_of",
     "axis_covariance",
     "circle_covariance",
     "drift_findings",
