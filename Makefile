@@ -39,6 +39,8 @@ test: check  ## everything that must be green
 
 bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs, with OpenCV 4.14 and other libraries beside
 	$(PYTHON) benchmarks/paper_cell.py
+	$(PYTHON) benchmarks/table_two.py
+	$(PYTHON) benchmarks/tracker_arm.py
 	$(PYTHON) benchmarks/real_recordings.py
 	$(PYTHON) benchmarks/certified_heads.py
 	$(PYTHON) benchmarks/degenerate_motion.py

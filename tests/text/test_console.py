@@ -43,4 +43,4 @@ def test_the_help_shows_its_examples_one_to_a_line():
     text = CliRunner().invoke(main, ["--help"]).output
     assert "\\b" not in text
     assert "  sixthlink verify cell" in text.replace("    ", "  ")
-    assert len([line for line in text.splitlines() if line.strip().startswith("sixthlink ")]) == 4
+    assert len([line for line in text.splitlines() if line.strip().startswith("sixthlink ")]) == 5

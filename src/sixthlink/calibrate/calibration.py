@@ -126,6 +126,7 @@ class Calibration:
         heldout: Error on shots that were kept out of the fit, or None.
         print_sigma_m: Standard deviation of the target's misprints per coordinate, found in the images and corrected
             [m]; 0 where none shows.
+        tracker_points: Points of a laser tracker that entered the same problem; 0 without a tracker.
         scale_shots: Names of the shots of scale bars that the estimate used.
     """
 
@@ -153,6 +154,7 @@ class Calibration:
     joint: JointEvidence | None = None
     heldout: HeldOut | None = None
     print_sigma_m: float = 0.0
+    tracker_points: int = 0
     scale_shots: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -38,6 +38,7 @@ from sixthlink.calibrate.joint import (
 )
 from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target, noise_ratio
 from sixthlink.calibrate.scale_bars import scale_gates
+from sixthlink.calibrate.tracked_arm import TrackerData, points_of_the_same_arm, wrong_points
 from sixthlink.calibrate.unobserved import degenerate_motion
 from sixthlink.calibrate.usable import SolveOptions, Usable, motion_of, shot_evidence, usable_shots
 from sixthlink.calibrate.wrong_shots import wrong_shots
@@ -48,6 +49,7 @@ from sixthlink.progress import Progress
 from sixthlink.recording import (
     Recording,
     Rejection,
+    TrackerRecord,
     shots_of_kind,
 )
 from sixthlink.robot import Arm, flange_poses
@@ -78,6 +80,7 @@ def calibrate_jointly(
     *,
     rejections: tuple[Rejection, ...] = (),
     versions: Mapping[str, str] | None = None,
+    tracker: TrackerRecord | None = None,
 ) -> Calibration:
     """Calibrate arm, head and placements of a recording together, weighted by what makes the noise.
 
@@ -88,6 +91,7 @@ def calibrate_jointly(
         progress: Listener.
         rejections: Images already rejected on the way here.
         versions: Versions of the software, for the record.
+        tracker: What a laser tracker saw of the same arm; its points enter the same problem.
 
     Raises:
         TooFewShotsError: No placement has three usable shots.
@@ -95,7 +99,10 @@ def calibrate_jointly(
         CalibrationError: There are no joint values, or the estimate does not settle.
     """
     nominal = _kinematics(recording)
-    solved = _solved(recording, nominal, cameras, options=options, rejections=rejections, progress=progress)
+    tracked = None if tracker is None else points_of_the_same_arm(tracker, nominal)
+    solved = _solved(
+        recording, nominal, cameras, tracked=tracked, options=options, rejections=rejections, progress=progress
+    )
     found, usable = solved.found, solved.usable
     arm = replace(found.fit.state.arm, source=f"calibrated from {recording.name}; nominal: {nominal.source}")
     X, kept = _head(found), found.kept[0]
@@ -121,6 +128,7 @@ def calibrate_jointly(
         budget=budget_of(solved.data, found, middle_of_target(recording)),
     )
     wrong = wrong_shots(recording, problem, usable, found)
+    left_out = wrong_points(tracker, tracked, found) if tracker is not None and tracked is not None else ()
     fitted = scatter(used, X)
     all_evidence = shot_evidence(recording, usable, _spread(fitted, kept))
     recorded = len(shots_of_kind(recording, "calibrate"))
@@ -141,7 +149,7 @@ def calibrate_jointly(
         search=None,
         certificate=certificate,
         shots=tuple(shot for shot, good in zip(all_evidence, kept, strict=True) if good),
-        rejections=usable.rejections + wrong + unjudged,
+        rejections=usable.rejections + wrong + unjudged + left_out,
         gates=(
             *gates_of(recorded, int(kept.sum()), certificate),
             agreement_gate(fitted),
@@ -153,6 +161,7 @@ def calibrate_jointly(
         joint=evidence,
         heldout=heldout,
         print_sigma_m=solved.cameras.print_sigma_m if solved.cameras else 0.0,
+        tracker_points=sum(int(good.sum()) for good in found.kept[1:]) if tracked is not None else 0,
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )
@@ -172,6 +181,7 @@ def _solved(
     nominal: Arm,
     cameras: RigCalibration | None,
     *,
+    tracked: TrackerData | None,
     options: SolveOptions,
     rejections: tuple[Rejection, ...],
     progress: Progress,
@@ -185,6 +195,8 @@ def _solved(
         if not seen.complete:
             raise degenerate_motion(seen)
         data = joint_data(recording, nominal, usable, cameras, offset)
+        if tracked is not None:
+            data = replace(data, measured=tracked.data.measured, probed=tracked.data.probed)
         found = estimate(data, noise=options.noise)
         step = found.fit.state.lens_step
         if cameras is None or not len(step):

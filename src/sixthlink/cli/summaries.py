@@ -53,7 +53,8 @@ def calibration_summary(calibration: Calibration | ArmCalibration, files: Mappin
     lines = [
         f"{calibration.recording}: {'arm and head' if calibration.joint else 'head'} calibrated from "
         f"{len(calibration.shots)} shots, {len(calibration.placements)} placements, "
-        f"{len(calibration.rejections)} rejections",
+        + (f"{calibration.tracker_points} points of a laser tracker, " if calibration.tracker_points else "")
+        + f"{len(calibration.rejections)} rejections",
         f"target scatter   {scatter.rms_translation_m / MM:.4f} mm RMS, {scatter.rms_rotation_rad / DEG:.4f}° RMS",
         f"{frame} [m]",
         *_matrix_lines(calibration),

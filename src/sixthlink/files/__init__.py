@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from sixthlink.files.skeleton import write_skeleton
     from sixthlink.files.study_table import append_trial, read_study, write_study
+    from sixthlink.files.targets_table import Targets, read_targets, write_targets
     from sixthlink.files.tracked_arm_file import TRACKED_ARM_SCHEMA, tracked_arm_as_dict, write_tracked_arm
     from sixthlink.files.tracker_folder import read_tracker_record
     from sixthlink.files.tracker_skeleton import write_tracker_skeleton
@@ -52,6 +53,7 @@ _ROOMS = {
     "result_file": ("RESULT_SCHEMA", "read_result", "result_as_dict", "result_from_dict", "write_result"),
     "skeleton": ("write_skeleton",),
     "study_table": ("append_trial", "read_study", "write_study"),
+    "targets_table": ("Targets", "read_targets", "write_targets"),
     "tracked_arm_file": ("TRACKED_ARM_SCHEMA", "tracked_arm_as_dict", "write_tracked_arm"),
     "tracker_folder": ("read_tracker_record",),
     "tracker_skeleton": ("write_tracker_skeleton",),
@@ -65,6 +67,7 @@ __all__ = [
     "ARM_RESULT_SCHEMA",
     "RESULT_SCHEMA",
     "TRACKED_ARM_SCHEMA",
+    "Targets",
     "append_trial",
     "arm_from_urdf",
     "arm_result_as_dict",
@@ -82,6 +85,7 @@ __all__ = [
     "read_recording",
     "read_result",
     "read_study",
+    "read_targets",
     "read_tracker_record",
     "result_as_dict",
     "result_from_dict",
@@ -93,6 +97,7 @@ __all__ = [
     "write_result",
     "write_skeleton",
     "write_study",
+    "write_targets",
     "write_tracked_arm",
     "write_tracker_record",
     "write_tracker_skeleton",

@@ -70,7 +70,10 @@ def length_stds(
     columns = Columns(lens=unknowns.size, arm=free)
     linear = seen.linearised(JointState(arm, X=calibration.X, lens_step=np.zeros(unknowns.size)), columns)
     gradient = linear.shared[:, 0]
-    variance = np.einsum("ri,ij,rj->r", gradient, joint.covariance, gradient)
+    # Where a tracker's reflectors sit is estimated too, and no length hangs on it.
+    measuring = [i for i, n in enumerate(joint.unknowns) if not n.startswith("reflector.")]
+    covariance = joint.covariance[np.ix_(measuring, measuring)]
+    variance = np.einsum("ri,ij,rj->r", gradient, covariance, gradient)
     for origin in ("joints", "pixels"):
         variance += linear.noises[origin][:, 0, 0] * ratios.get(origin, 1.0) ** 2
     order = [names.index(name) for name in placements]

@@ -2,5 +2,6 @@
 
 from sixthlink.report.page import report_page
 from sixthlink.report.touch_page import touch_page
+from sixthlink.report.tracked_page import tracked_page
 
-__all__ = ["report_page", "touch_page"]
+__all__ = ["report_page", "touch_page", "tracked_page"]

@@ -37,8 +37,17 @@ _ORIGINS = {
     "along": "recorded poses, along the view",
     "tilt": "recorded poses, tilt",
     "roll": "recorded poses, turn about the view",
+    "instrument": "tracker’s points",
+    "readings": "tracker’s points",
+    "probe": "probe’s orientation",
+    "orientation": "probe’s orientation",
 }
-_SOURCES = {"pixels": "by the images’ own residuals", "standard": "by its certificate"}
+_SOURCES = {
+    "pixels": "by the images’ own residuals",
+    "standard": "by its certificate",
+    "instrument": "by the record",
+    "probe": "by the record",
+}
 _BLOCKS = {
     "coupling": "joint couplings",
     "scale": "joint scales",

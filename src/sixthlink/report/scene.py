@@ -16,16 +16,11 @@ from sixthlink.calibrate import Calibration, ShotEvidence, mark_points
 from sixthlink.geometry import Floats, transform_points
 from sixthlink.measure import base_points
 from sixthlink.recording import BOARD_KINDS, EYE_IN_HAND, Detections, Recording, flange_poses_of, selected
-from sixthlink.report.quantities import millimetres
-from sixthlink.report.svg import drawing, element, outline, shortened, text, tick_step
-from sixthlink.units import DEG, MM
+from sixthlink.report.eye import WIDTH, Eye, base_triad, floor_grid, grid_note
+from sixthlink.report.svg import drawing, element, outline, shortened, text
+from sixthlink.units import MM
 
 __all__ = ["Cell", "cell_of", "cell_plot"]
-
-WIDTH, MARGIN, TALLEST = 860.0, 34.0, 620.0
-ELEVATION_RAD = 24.0 * DEG
-ASIDE_RAD = 62.0 * DEG
-"""Angle at the base between eye and work: the base then appears on the left, the work on the right."""
 
 COLOURS = 6
 """Placements that have their own colour in the style sheet before colours repeat."""
@@ -97,8 +92,8 @@ def cell_of(
 
 def cell_plot(cell: Cell) -> Markup:
     """The cell in parallel projection, with a floor grid in round millimetres."""
-    eye = _Eye.looking_at(cell)
-    parts = _floor(cell, eye)
+    eye = Eye.looking_at(cell.points)
+    parts = floor_grid(eye) + _drops(cell, eye)
     parts += [
         outline(eye(target), f"target g{group % COLOURS}")
         for target, group in zip(cell.targets, cell.target_groups, strict=True)
@@ -107,7 +102,7 @@ def cell_plot(cell: Cell) -> Markup:
         parts.append(outline(ruler, "ruler", closed=False))
         parts += [element("circle", cx=float(u), cy=float(v), r=3, class_="ruler-end") for u, v in ruler]
     parts += _heads(cell, eye)
-    parts += _triad(eye, cell)
+    parts += base_triad(eye, 0.16 * float(np.ptp(cell.points, axis=0).max()))
     parts += _names(cell, eye)
     return drawing(
         WIDTH,
@@ -115,46 +110,6 @@ def cell_plot(cell: Cell) -> Markup:
         parts,
         label="The cell: base frame, flange and camera poses, targets, length standard",
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Eye:
-    """Where points of the base frame appear.
-
-    Attributes:
-        projection: ``(2, 3)`` parallel projection [drawing units per m].
-        origin: ``(2,)`` where the base appears.
-        height: Height of a drawing that holds everything.
-        grid_m: Step of the floor grid [m].
-        floor: Lowest and highest x and y ``(2,)`` of that grid [m].
-    """
-
-    projection: Floats
-    origin: Floats
-    height: float
-    grid_m: float
-    floor: tuple[Floats, Floats]
-
-    @staticmethod
-    def looking_at(cell: Cell) -> _Eye:
-        points = cell.points
-        work = points.mean(axis=0)
-        azimuth = np.arctan2(work[1], work[0]) - ASIDE_RAD
-        c, s, e = np.cos(azimuth), np.sin(azimuth), ELEVATION_RAD
-        axes = np.array([[-s, c, 0.0], [c * np.sin(e), s * np.sin(e), -np.cos(e)]])
-        span = float(np.ptp(points[:, :2], axis=0).max())
-        grid_m = tick_step(max(span, 1e-3) / MM, 8) * MM
-        low = np.floor(points[:, :2].min(axis=0) / grid_m) * grid_m
-        high = np.ceil(points[:, :2].max(axis=0) / grid_m) * grid_m
-        corners = np.array([[x, y, 0.0] for x in (low[0], high[0]) for y in (low[1], high[1])])
-        flat = np.concatenate([points, corners]) @ axes.T
-        left_top, size = flat.min(axis=0), np.maximum(np.ptp(flat, axis=0), 1e-6)
-        scale = min((WIDTH - 2 * MARGIN) / size[0], TALLEST / size[1])
-        aside = np.array([(WIDTH - scale * size[0]) / 2, MARGIN])
-        return _Eye(axes * scale, aside - left_top * scale, float(scale * size[1] + 2 * MARGIN), grid_m, (low, high))
-
-    def __call__(self, points_base: Floats) -> Floats:
-        return points_base @ self.projection.T + self.origin
 
 
 def _target_corners(recording: Recording) -> Floats:
@@ -181,22 +136,14 @@ def _rulers(calibration: Calibration, recording: Recording, flanges: Floats, det
     return np.array(both) if both else none
 
 
-def _floor(cell: Cell, eye: _Eye) -> list[Markup]:
-    """The base's xy plane in round steps, and what stands above it as thin drops."""
-    low, high = eye.floor
-    parts: list[Markup] = []
-    for axis in (0, 1):
-        steps = round((high[axis] - low[axis]) / eye.grid_m)
-        for k in range(steps + 1):
-            ends = np.array([[*low, 0.0], [*high, 0.0]])
-            ends[:, axis] = low[axis] + k * eye.grid_m
-            parts.append(outline(eye(ends), "grid", closed=False))
+def _drops(cell: Cell, eye: Eye) -> list[Markup]:
+    """What stands above the floor, as thin lines down to it."""
     standing = cell.targets.mean(axis=1) if cell.moving else cell.targets[:0, 0]
     drops = np.stack([standing, standing * [1.0, 1.0, 0.0]], axis=1)
-    return parts + [outline(eye(drop), "drop", closed=False) for drop in drops]
+    return [outline(eye(drop), "drop", closed=False) for drop in drops]
 
 
-def _heads(cell: Cell, eye: _Eye) -> list[Markup]:
+def _heads(cell: Cell, eye: Eye) -> list[Markup]:
     """Flanges as dots, cameras as small pyramids that open along the view, a thin link between the two."""
     depth = (0.04 if cell.moving else 0.11) * float(np.ptp(cell.points, axis=0).max())
     pyramid = np.array([[0, 0, 0], [-0.4, -0.3, 1], [0.4, -0.3, 1], [0.4, 0.3, 1], [-0.4, 0.3, 1]]) * depth
@@ -217,24 +164,9 @@ def _heads(cell: Cell, eye: _Eye) -> list[Markup]:
     return parts
 
 
-def _triad(eye: _Eye, cell: Cell) -> list[Markup]:
-    """The base frame."""
-    length = 0.16 * float(np.ptp(cell.points, axis=0).max())
-    parts: list[Markup] = []
-    start = eye(np.zeros(3))
-    for axis in range(3):
-        tip = eye(np.eye(3)[axis] * length)
-        u, v = start + (tip - start) * 1.12
-        parts.append(outline(np.stack([start, tip]), f"triad t{axis}", closed=False))
-        parts.append(text(float(u), float(v) + 4, "xyz"[axis], f"label t{axis}", anchor="middle"))
-    inside = max(float(start[0]) - 8, MARGIN)  # the word needs as much room as the margin gives
-    parts.append(text(inside, float(start[1]) + 16, "base", "label", anchor="end"))
-    return parts
-
-
-def _names(cell: Cell, eye: _Eye) -> list[Markup]:
+def _names(cell: Cell, eye: Eye) -> list[Markup]:
     """Names of the placements, moved apart where they would lie on each other, and the step of the grid."""
-    parts = [text(MARGIN / 2, eye.height - 8, f"floor grid {millimetres(eye.grid_m, 0)}", "note")]
+    parts = [grid_note(eye)]
     if not cell.moving or len(cell.names) > 12:
         return parts
     taken: list[tuple[float, float]] = []

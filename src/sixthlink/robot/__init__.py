@@ -12,6 +12,7 @@ from sixthlink.robot.arm import (
     link_poses,
     true_joints,
 )
+from sixthlink.robot.compensation import Compensation, compensated_joints
 from sixthlink.robot.dialects import (
     Coupling,
     Joint,
@@ -34,6 +35,7 @@ from sixthlink.robot.joint_errors import HARMONICS, harmonic_values
 __all__ = [
     "HARMONICS",
     "Arm",
+    "Compensation",
     "Coupling",
     "HeadLink",
     "Joint",
@@ -43,6 +45,7 @@ __all__ = [
     "Tolerances",
     "arm_from_links",
     "arm_with_values",
+    "compensated_joints",
     "flange_jacobian",
     "flange_poses",
     "gravity_levers",

@@ -1,7 +1,7 @@
 """A cell with known truth: arm, head and targets with errors, and images by the simulator's own ray path."""
 
 from sixthlink.simulate.cell import simulate_cell
-from sixthlink.simulate.kinematics import chain_of_arm, chain_poses
+from sixthlink.simulate.kinematics import chain_link_poses, chain_of_arm, chain_poses
 from sixthlink.simulate.manufacture import built_arm, built_rig, mounted_head, printed_points
 from sixthlink.simulate.optics import sensor_positions
 from sixthlink.simulate.render import render_image
@@ -25,6 +25,7 @@ __all__ = [
     "TrackerTruth",
     "built_arm",
     "built_rig",
+    "chain_link_poses",
     "chain_of_arm",
     "chain_poses",
     "mounted_head",

@@ -33,25 +33,28 @@ class Chain:
         fixed: ``(S + 1, 4, 4)`` what stands before, between and behind the S moving steps.
         kinds: Kind of each moving step, as in :class:`sixthlink.robot.Arm`.
         rows: ``(S, J)`` how each moving step follows the joints.
+        offsets: ``(S,)`` constant part of each moving step, multiplied into what stands before it [rad or m].
         limits: ``(J, 2)`` range of each joint [rad or m].
     """
 
     fixed: Floats
     kinds: tuple[str, ...]
     rows: Floats
+    offsets: Floats
     limits: Floats
 
 
 def chain_of_arm(arm: Arm) -> Chain:
     """The arm's steps multiplied out."""
-    fixed, kinds, rows = [np.eye(4)], [], []
+    fixed, kinds, rows, offsets = [np.eye(4)], [], [], []
     for kind, value, row in zip(arm.kinds, arm.values, arm.joint_map, strict=True):
         fixed[-1] = fixed[-1] @ _elementary(kind, value)
         if row.any():
             kinds.append(kind)
             rows.append(row)
+            offsets.append(value)
             fixed.append(np.eye(4))
-    return Chain(np.array(fixed), tuple(kinds), np.array(rows), arm.limits)
+    return Chain(np.array(fixed), tuple(kinds), np.array(rows), np.array(offsets), arm.limits)
 
 
 def chain_poses(chain: Chain, joints: npt.ArrayLike) -> Floats:
@@ -65,8 +68,10 @@ def chain_link_poses(chain: Chain, joints: npt.ArrayLike, link: int) -> Floats:
 
     Every joint drives one step of its own, in their order; the part ends where the next joint's step begins.
     """
-    q = np.asarray(joints, dtype=np.float64)
-    poses: Floats = chain_poses(chain, q) if link == len(chain.kinds) else np.array(_before_each_step(chain, q)[link])
+    if link == len(chain.kinds):
+        return chain_poses(chain, joints)
+    before = _before_each_step(chain, np.asarray(joints, dtype=np.float64))[link]
+    poses: Floats = before @ _elementary(chain.kinds[link], -chain.offsets[link])
     return poses
 
 

@@ -8,12 +8,15 @@ from sixthlink.workflow.calibration import calibrate_folder, compare_folder
 from sixthlink.workflow.outcome import Outcome
 from sixthlink.workflow.simulation import simulate_folder
 from sixthlink.workflow.study import named_study, run_study
+from sixthlink.workflow.tracker import arm_from_record, compensate_table
 from sixthlink.workflow.verification import verify_folder
 
 __all__ = [
     "Outcome",
+    "arm_from_record",
     "calibrate_folder",
     "compare_folder",
+    "compensate_table",
     "named_study",
     "run_study",
     "simulate_folder",

@@ -34,6 +34,7 @@ from sixthlink.recording import Recording, Rejection, shots_of_kind
 from sixthlink.report import report_page
 from sixthlink.workflow.outcome import ARM, DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
 from sixthlink.workflow.touches import calibrate_touches
+from sixthlink.workflow.tracker import tracker_record
 
 __all__ = ["calibrate_folder", "compare_folder"]
 
@@ -62,6 +63,7 @@ def calibrate_folder(
     progress: Progress,
     solve: str = "auto",
     holdout: int = 0,
+    tracker: Path | None = None,
 ) -> tuple[Calibration | ArmCalibration, Outcome]:
     """Calibrate a recording folder and leave result, detections, report, and the arm where it was calibrated too.
 
@@ -74,6 +76,7 @@ def calibrate_folder(
         solve: ``joint`` for arm and head together, ``paper`` for the head alone by eq. (11), ``auto`` for joint where
             there are joint values and kinematics.
         holdout: Calibration shots to keep out of the fit and to judge it by, chosen by the seed.
+        tracker: A laser tracker's record of the same arm: its points enter one problem with the images.
 
     Returns:
         The calibration: of a head, or of the arm alone where the recording is of touches.
@@ -81,6 +84,11 @@ def calibrate_folder(
     recording = shots_for(read_recording(folder, arm=arm), ("calibrate", "judge", "scale"))
     recording = _with_holdout(recording, holdout, options.seed)
     target = out or folder / "result"
+    if tracker is not None and (recording.touched or solve == "paper"):
+        raise CalibrationError(
+            "a tracker record enters the joint estimate of images and arm; leave out --solve paper, or calibrate the "
+            "arm by sixthlink arm and give it with --arm"
+        )
     if recording.touched:
         if solve == "paper":
             raise CalibrationError("eq. (11) finds a head, and touches have none; leave out --solve paper")
@@ -88,8 +96,15 @@ def calibrate_folder(
     cameras, rejections = _seen_by_cameras(folder, recording, progress)
     detections = cameras.detections if cameras else None
     joint = solve == "joint" or (solve == "auto" and recording.joints is not None and not options.observable_rest)
-    estimate = calibrate_jointly if joint else calibrate_head
-    calibration = estimate(recording, cameras, options, progress, rejections=rejections, versions=versions())
+    if joint:
+        record = None if tracker is None else tracker_record(tracker)
+        calibration = calibrate_jointly(
+            recording, cameras, options, progress, rejections=rejections, versions=versions(), tracker=record
+        )
+    elif tracker is not None:
+        raise CalibrationError("a tracker record needs joint values and kinematics in the recording, to be one problem")
+    else:
+        calibration = calibrate_head(recording, cameras, options, progress, rejections=rejections, versions=versions())
     page = report_page(
         calibration,
         recording=recording,

@@ -7,9 +7,9 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from sixthlink.errors import Finding, InputError
-from sixthlink.files import atomic_write_bytes, load_arm, write_arm, write_recording, write_truth
+from sixthlink.files import atomic_write_bytes, load_arm, write_arm, write_recording, write_tracker_record, write_truth
 from sixthlink.progress import Progress
-from sixthlink.simulate import SCENARIOS, SimulatedCell, render_image, simulate_cell
+from sixthlink.simulate import SCENARIOS, SimulatedCell, TrackerSession, render_image, simulate_cell, simulate_tracking
 from sixthlink.target import Chessboard
 from sixthlink.workflow.outcome import Outcome
 
@@ -24,8 +24,11 @@ def simulate_folder(
     images: bool,
     scale_placements: int,
     progress: Progress,
+    tracker: bool = False,
 ) -> Outcome:
     """Write a simulated recording to ``out`` and the truth to ``out/truth``.
+
+    With ``tracker`` also what a laser tracker saw of the same arm, to ``out/tracker``.
 
     Raises:
         InputError: The scenario is unknown, or the folder holds a recording already.
@@ -50,6 +53,10 @@ def simulate_folder(
     write_arm(files["arm"], cell.truth.arm)
     files["truth"] = truth / "truth.json"
     write_truth(files["truth"], cell)
+    if tracker:
+        session = simulate_tracking(plan, TrackerSession(), arm, seed=seed)
+        write_tracker_record(out / "tracker", session.record, robot={"name": "abb_irb1400"})
+        files["tracker"] = out / "tracker" / "tracker.yaml"
     if images:
         _render_all(out, cell, progress)
     return Outcome(files)

@@ -159,8 +159,8 @@ def names_of(columns: Columns, lens: Sequence[str]) -> tuple[str, ...]:
     """Names of the shared unknowns in the order of their columns."""
     head = [f"head.{axis}" for axis, _ in _MOTION] if columns.head else []
     tool = ["tool.x", "tool.y", "tool.z"] if columns.tool else []
-    tool += [f"{name}.{axis}" for name in columns.reflectors for axis in "xyz"]
-    tool += [f"{columns.reflectors[k]}.{axis}" for k in columns.turned for axis, _ in _MOTION[3:]]
+    tool += [f"reflector.{name}.{axis}" for name in columns.reflectors for axis in "xyz"]
+    tool += [f"reflector.{columns.reflectors[k]}.{axis}" for k in columns.turned for axis, _ in _MOTION[3:]]
     return (*head, *tool, *lens, *(f"arm.{p.name}" for p in columns.arm))
 
 

@@ -15,26 +15,28 @@ from sixthlink.calibrate.joint.problem import Fit, Weights
 from sixthlink.calibrate.observations import JointState
 from sixthlink.calibrate.tracked_arm.tracked_arm import PointErrors
 from sixthlink.geometry import Floats, Ints
+from sixthlink.robot import Arm
 
 __all__ = ["errors_at", "heldout_errors"]
 
 FOLDS = 5
 
 
-def heldout_errors(data: JointData, found: Estimate) -> tuple[PointErrors, PointErrors]:
+def heldout_errors(data: JointData, found: Estimate, nominal: Arm) -> tuple[PointErrors, PointErrors]:
     """Errors of the points that belong, each predicted without its pose: calibrated arm and nominal arm.
 
     Args:
         data: The points.
         found: The estimate of the whole.
+        nominal: The arm as it was known beforehand.
     """
-    start, _ = start_of(data)
+    start, _ = start_of(replace(data, arm=nominal))
     still = replace(found.problem.columns, arm=())
     no_prior = np.zeros((0, still.size))
-    nominal = JointProblem(found.problem.observations, still, no_prior, np.zeros(0))
+    problem = JointProblem(found.problem.observations, still, no_prior, np.zeros(0))
     return (
         _predicted(data, found, found.problem, found.fit.state),
-        _predicted(data, found, nominal, replace(start, arm_step=np.zeros(0))),
+        _predicted(data, found, problem, replace(start, arm_step=np.zeros(0))),
     )
 
 

@@ -33,12 +33,13 @@ from sixthlink.calibrate.tracked_arm.record_gates import record_gates
 from sixthlink.calibrate.tracked_arm.reflectors import reflector_places
 from sixthlink.calibrate.tracked_arm.sweeps import JointSweep, joint_sweeps, surest_sweeps, tracker_findings
 from sixthlink.calibrate.tracked_arm.tracked_arm import RecordFinding, TrackedArm
+from sixthlink.calibrate.tracked_arm.wrong_points import wrong_points
 from sixthlink.calibrate.tracked_arm.zeros import with_other_zeros
 from sixthlink.calibrate.tracker import CircleFinding
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats
 from sixthlink.progress import Progress
-from sixthlink.recording import Rejection, TrackerRecord
+from sixthlink.recording import TrackerRecord
 from sixthlink.robot import Arm, Tolerances
 from sixthlink.units import MM
 
@@ -47,13 +48,16 @@ __all__ = ["calibrate_arm_by_tracker"]
 STAGE = "arm from a tracker"
 STEPS = 5
 
+ROBOT_M = 0.05 * MM
+"""What a robot adds to the noise of a circle where nothing is known of its joints."""
+
 UNDRAWN_LENGTH_M, UNDRAWN_ANGLE_RAD = 5.0 * MM, np.deg2rad(0.5)
 """What the numbers of an arm deserve that are known from its circles alone: hardly a prior."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Begun:
-    """What is known before the estimate."""
+    """What is known before the estimate: the nominal arm, and the data with the arm that the estimate starts from."""
 
     nominal: Arm
     drawn: bool
@@ -94,7 +98,7 @@ def calibrate_arm_by_tracker(
     optional = [block for block in BLOCKS if block not in left_out]
     found, verdicts = estimate_with_blocks(data, noise=noise, blocks=optional, base=first)
     progress.step(STAGE, 3, STEPS)
-    heldout, before = heldout_errors(data, found)
+    heldout, before = heldout_errors(data, found, begun.nominal)
     progress.step(STAGE, 4, STEPS)
     result = _result(record, begun, found, verdicts, versions or {})
     progress.step(STAGE, STEPS, STEPS)
@@ -112,7 +116,9 @@ def _with_drawing(record: TrackerRecord, nominal: Arm) -> _Begun:
         better = _better_start(record, seen, at, extracted_arm(nominal, surest_sweeps(record, sweeps)))
         if better is not None:
             arm, finding = better
-            return _Begun(arm, True, sweeps, tracker_data(record, arm), (*findings, RecordFinding("record", finding)))
+            return _Begun(
+                nominal, True, sweeps, tracker_data(record, arm), (*findings, RecordFinding("record", finding))
+            )
     for sweep in sweeps:
         lines = arm_axes(nominal, at.Ts_base_instrument[0], sweep.stop)
         misplaced = misplaced_axis(sweep, lines, nominal.joints) if sweep.usable and fits else None
@@ -145,7 +151,8 @@ def _better_start(
 
 
 def _without_drawing(record: TrackerRecord) -> _Begun:
-    sweeps = joint_sweeps(record, None, record.covariances)
+    stated = record.covariances
+    sweeps = joint_sweeps(record, None, None if stated is None else stated + ROBOT_M**2 * np.eye(3))
     surest = surest_sweeps(record, sweeps)
     J = record.joints.shape[1]
     missing = [j + 1 for j in range(J) if j not in surest]
@@ -169,8 +176,6 @@ def _with_joint_noise(record: TrackerRecord, seen: TrackerData, at: Standing) ->
     if record.covariances is None:
         return None
     covariances = record.covariances.copy()
-    if not seen.data.arm.joint_repeatability_rad:
-        return covariances
     state = _state(seen.data.arm, at)
     columns = Columns(head=False, reflectors=tuple("r" * len(at.reflectors_m)))
     for kind, rows in zip(seen.data.outside, seen.rows, strict=True):
@@ -222,33 +227,9 @@ def _result(
         heldout=train,
         heldout_before=train,
         used=tuple(np.concatenate(kept).tolist()),
-        rejections=_rejections(record, begun.seen, found),
+        rejections=wrong_points(record, begun.seen, found),
         findings=begun.findings,
         gates=(),
         inputs=dict(record.inputs),
         versions=dict(versions),
     )
-
-
-def _rejections(record: TrackerRecord, seen: TrackerData, found: Estimate) -> tuple[Rejection, ...]:
-    """Points that the estimate left out, and those whose joints are not known."""
-    rejections = []
-    for rows, kept, part in zip(seen.rows, found.kept, found.fit.linear, strict=False):
-        for i in np.flatnonzero(~kept).tolist():
-            off = float(np.linalg.norm(part.residuals[i, :3]))
-            reflector = record.reflectors[int(record.reflector_of[rows[i]])].name
-            reason = f"{off / MM:.3g} mm from where the arm carries reflector {reflector}"
-            rejections.append(Rejection(point_name(record, int(rows[i])), "", reason))
-    for i in seen.aside.tolist():
-        reason = "not all joints that move its reflector were recorded: only its sweep's axis is used"
-        rejections.append(Rejection(point_name(record, i), "", reason))
-    return tuple(rejections)
-
-
-def point_name(record: TrackerRecord, index: int) -> str:
-    """A point for people: its own name, or its sweep and its place in it."""
-    if record.names[index]:
-        return record.names[index]
-    sweep = int(record.sweep_of[index])
-    place = int(np.count_nonzero(record.sweep_of[:index] == sweep)) + 1
-    return f"{record.sweeps[sweep].name}, point {place}"

@@ -67,4 +67,4 @@ def _in_words(direction: Floats) -> str:
 
 
 def _other(name: str, reflector: str) -> bool:
-    return not name.startswith(f"{reflector}.")
+    return not name.startswith(f"reflector.{reflector}.")

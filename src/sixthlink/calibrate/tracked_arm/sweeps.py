@@ -18,8 +18,10 @@ from sixthlink.calibrate.tracker import (
     NoCircleError,
     Sweep,
     arc_of,
+    degrees,
     drift_findings,
     fit_axis,
+    millimetres,
 )
 from sixthlink.geometry import Floats, Ints
 from sixthlink.recording import TrackerRecord
@@ -83,9 +85,7 @@ def joint_sweeps(record: TrackerRecord, arm: Arm | None, covariances: Floats | N
     ]
     for joint, rows in _implied(record):
         stop = np.median(record.joints[rows], axis=0)
-        others = ", ".join(f"q{j + 1} = {v:.4g}" for j, v in enumerate(stop.tolist()) if j != joint and v != 0.0)
-        name = f"q{joint + 1} turning" + (f", {others}" if others else "")
-        implied = _fitted(record, arm, covariances, name=name, joint=joint, rows=rows)
+        implied = _fitted(record, arm, covariances, name=_implied_name(arm, joint, stop), joint=joint, rows=rows)
         found.append(replace(implied, implied=True))
     return tuple(found)
 
@@ -183,6 +183,18 @@ def _implied(record: TrackerRecord) -> Iterator[tuple[int, Ints]]:
             members = rows[group_of == g]
             if arc_of(record.joints[members, j]) >= SHORTEST_IMPLIED_RAD:
                 yield j, members
+
+
+def _implied_name(arm: Arm | None, joint: int, stop: Floats) -> str:
+    """The joint that turns, and where the others stand."""
+    names = [f"q{j + 1}" for j in range(len(stop))] if arm is None else list(arm.joints)
+    slides = [arm is not None and not arm.turns[step] for step in (range(len(stop)) if arm is None else arm.own_steps)]
+    others = [
+        f"{name} = {millimetres(v) if slide else degrees(v)}"
+        for j, (name, v, slide) in enumerate(zip(names, stop.tolist(), slides, strict=True))
+        if j != joint
+    ]
+    return f"{names[joint]} turning" + (f", {', '.join(others)}" if others else "")
 
 
 def _stops_of(values: Floats) -> Ints:
