@@ -4,7 +4,7 @@ from sixthlink.simulate.cell import simulate_cell
 from sixthlink.simulate.kinematics import chain_link_poses, chain_of_arm, chain_poses
 from sixthlink.simulate.manufacture import built_arm, built_rig, mounted_head, printed_points
 from sixthlink.simulate.optics import sensor_positions
-from sixthlink.simulate.render import render_image
+from sixthlink.simulate.render import Exposure, render_image, render_target
 from sixthlink.simulate.scenario import SCENARIOS, Scenario
 from sixthlink.simulate.sightings import ruler_marks, true_pixels
 from sixthlink.simulate.tracker_session import (
@@ -17,6 +17,7 @@ from sixthlink.simulate.truth import GroundTruth, SimulatedCell
 
 __all__ = [
     "SCENARIOS",
+    "Exposure",
     "GroundTruth",
     "Scenario",
     "SimulatedCell",
@@ -31,6 +32,7 @@ __all__ = [
     "mounted_head",
     "printed_points",
     "render_image",
+    "render_target",
     "ruler_marks",
     "sensor_positions",
     "simulate_cell",

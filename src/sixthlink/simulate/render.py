@@ -7,17 +7,21 @@ bits. Nothing here knows how the calibrator projects.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
+from sixthlink.camera import Camera
 from sixthlink.geometry import Floats
 from sixthlink.simulate.optics import RayMap, ray_map
-from sixthlink.simulate.scenario import Scenario, stream
+from sixthlink.simulate.scenario import stream
 from sixthlink.simulate.sightings import target_poses
-from sixthlink.simulate.surfaces import REFLECTANCE, ChessSurface, RulerSurface, Surface
+from sixthlink.simulate.surfaces import REFLECTANCE, ChessSurface, PaintedSurface, RulerSurface, Surface
 from sixthlink.simulate.truth import SimulatedCell
+from sixthlink.target import Drawing
 
-__all__ = ["render_image"]
+__all__ = ["Exposure", "render_image", "render_target"]
 
 Singles = npt.NDArray[np.float32]
 
@@ -26,6 +30,42 @@ _RAYS, _LATTICE_STEP = 144, 89
 """Rays per edge pixel and the step of their lattice: neighbouring Fibonacci numbers spread points evenly."""
 _PIXELS_AT_ONCE = 2048
 """Edge pixels that are averaged together: their rays stay in the processor's cache."""
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """How a still image is taken.
+
+    Attributes:
+        blur_px: Gaussian blur of the lens [pixel].
+        light: Factor on the light; 1 leaves white paper at 80 % of the sensor's range.
+        electrons_per_grey: Photoelectrons per grey value: they set the shot noise.
+        read_noise_grey: Noise of the camera in the dark [grey value].
+    """
+
+    blur_px: float = 0.7
+    light: float = 1.0
+    electrons_per_grey: float = 40.0
+    read_noise_grey: float = 0.3
+
+
+def render_target(
+    drawing: Drawing, camera: Camera, T_camera_target: Floats, exposure: Exposure, random: np.random.Generator
+) -> npt.NDArray[np.uint8]:
+    """Image ``(h, w)`` of one printed target by one camera, before a plain grey background.
+
+    Args:
+        drawing: What is printed on the target.
+        camera: The camera.
+        T_camera_target: ``(4, 4)`` where the target stands; z of the target points away from the camera.
+        exposure: How the image is taken.
+        random: Random numbers of the noise.
+    """
+    rays = ray_map(camera)
+    shade = _blurred(_shade(PaintedSurface(drawing), T_camera_target, rays), exposure.blur_px)
+    shade *= rays.light
+    shade *= FULL_SCALE * exposure.light
+    return _recorded(exposure.electrons_per_grey, exposure.read_noise_grey, shade, random)
 
 
 def render_image(cell: SimulatedCell, shot: int, camera: int) -> npt.NDArray[np.uint8]:
@@ -43,7 +83,8 @@ def render_image(cell: SimulatedCell, shot: int, camera: int) -> npt.NDArray[np.
     shade = _blurred(_shade(_surface(cell, shot), T_camera_target, rays), cell.scenario.blur_px)
     shade *= rays.light
     shade *= FULL_SCALE
-    return _recorded(cell.scenario, shade, stream(cell.seed, "image", [shot, camera]))
+    scenario, random = cell.scenario, stream(cell.seed, "image", [shot, camera])
+    return _recorded(scenario.electrons_per_grey, scenario.read_noise_grey, shade, random)
 
 
 def _surface(cell: SimulatedCell, shot: int) -> Surface:
@@ -111,9 +152,11 @@ def _blurred(shade: Singles, sigma_px: float) -> Singles:
     return blurred
 
 
-def _recorded(scenario: Scenario, grey: Singles, random: np.random.Generator) -> npt.NDArray[np.uint8]:
+def _recorded(
+    electrons_per_grey: float, read_noise_grey: float, grey: Singles, random: np.random.Generator
+) -> npt.NDArray[np.uint8]:
     """Grey values with the noise of counted photons and of the electronics, in 8 bits."""
-    variance = grey / np.float32(scenario.electrons_per_grey) + np.float32(scenario.read_noise_grey**2)
+    variance = grey / np.float32(electrons_per_grey) + np.float32(read_noise_grey**2)
     noisy = random.standard_normal(grey.shape, dtype=np.float32)
     noisy *= np.sqrt(variance)
     noisy += grey

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from sixthlink.target.charuco import Charuco
 from sixthlink.target.chessboard import Chessboard
+from sixthlink.target.drawing import Drawing
 from sixthlink.target.length_standard import SOCKET, LengthStandard
 from sixthlink.target.quadrant import find_quadrant_mark
 from sixthlink.target.target import Found, GreyImage, NotFound, Target
@@ -14,6 +15,7 @@ __all__ = [
     "TARGET_KINDS",
     "Charuco",
     "Chessboard",
+    "Drawing",
     "Found",
     "GreyImage",
     "LengthStandard",

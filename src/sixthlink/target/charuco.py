@@ -14,6 +14,8 @@ import numpy as np
 
 from sixthlink.geometry import Floats, Ints
 from sixthlink.target.coarse import full_pixels, reduced_image
+from sixthlink.target.drawing import Drawing
+from sixthlink.target.markers import dictionary_names, marker_cells
 from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
@@ -56,7 +58,7 @@ class Charuco:
             raise ValueError(
                 f"marker of {self.marker_m} m in a square of {self.square_m} m, expected 0 < marker < square"
             )
-        names = _dictionary_names()
+        names = dictionary_names()
         if self.dictionary not in names:
             raise ValueError(f"unknown marker dictionary {self.dictionary!r}, expected one of {', '.join(names)}")
 
@@ -70,6 +72,28 @@ class Charuco:
     def half_turn(self) -> Ints | None:
         """None: the markers tell the ends apart."""
         return None
+
+    @property
+    def circle_radius_m(self) -> float:
+        """0: the points are corners."""
+        return 0.0
+
+    @property
+    def drawing(self) -> Drawing:
+        """Black squares, and in the white ones a marker each, with a margin of half a square."""
+        first = 1 if self.legacy and self.rows % 2 == 0 else 0
+        row, column = np.divmod(np.arange(self.rows * self.columns), self.columns)
+        white = (row + column + first) % 2 == 1
+        squares = self.square_m * np.stack([column, row, column + 1, row + 1], axis=1)
+        shapes, inks = [squares[~white]], [np.ones(np.count_nonzero(~white), dtype=bool)]
+        gap = 0.5 * (self.square_m - self.marker_m)
+        for marker, (x, y, _, _) in enumerate(squares[white].tolist()):
+            cells, black = marker_cells(self.dictionary, marker, self.marker_m)
+            shapes.append(cells + np.array([x, y, x, y]) + gap)
+            inks.append(black)
+        margin = 0.5 * self.square_m
+        paper = [-margin, -margin, self.columns * self.square_m + margin, self.rows * self.square_m + margin]
+        return Drawing(np.array(paper), np.concatenate(shapes), np.concatenate(inks))
 
     def find(self, image: GreyImage) -> Found | NotFound:
         """The visible inner corners in one image, refined, at least six that are not on one line."""
@@ -132,9 +156,3 @@ class Charuco:
         if not len(first):
             first, second = np.nonzero(apart > 0.5)
         return float((seen[first, second] / apart[first, second]).min(initial=np.inf))
-
-
-def _dictionary_names() -> tuple[str, ...]:
-    import cv2
-
-    return tuple(sorted(name for name in dir(cv2.aruco) if name.startswith("DICT_")))

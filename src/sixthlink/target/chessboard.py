@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints
 from sixthlink.target.coarse import full_pixels, reduced_image
+from sixthlink.target.drawing import Drawing
 from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
@@ -74,6 +75,20 @@ class Chessboard:
     @property
     def _ends_differ(self) -> bool:
         return (self.columns + self.rows) % 2 == 1
+
+    @property
+    def circle_radius_m(self) -> float:
+        """0: the points are corners."""
+        return 0.0
+
+    @property
+    def drawing(self) -> Drawing:
+        """The black squares, the one up and left of the first corner among them, and a margin of one square."""
+        row, column = np.divmod(np.arange((self.rows + 1) * (self.columns + 1)), self.columns + 1)
+        black = (row + column) % 2 == 0
+        corners = np.stack([column, row, column + 1, row + 1], axis=1)[black] - 1.0
+        paper = np.array([-2.0, -2.0, self.columns + 1.0, self.rows + 1.0])
+        return Drawing(self.square_m * paper, self.square_m * corners)
 
     def find(self, image: GreyImage) -> Found | NotFound:
         """All inner corners in one image, refined; a board that is partly hidden is not found."""

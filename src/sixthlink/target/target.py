@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints
+from sixthlink.target.drawing import Drawing
 
 __all__ = ["Found", "GreyImage", "NotFound", "Target"]
 
@@ -61,6 +62,19 @@ class Target(Protocol):
     @property
     def half_turn(self) -> Ints | None:
         """``(P,)`` index that each point gets when the target is turned by 180°, or None if an image can tell."""
+        ...
+
+    @property
+    def circle_radius_m(self) -> float:
+        """Radius of the discs whose centres are the points [m]; 0 where the points are corners.
+
+        A disc is seen as an ellipse whose middle is not the image of the disc's; whoever projects points needs to know.
+        """
+        ...
+
+    @property
+    def drawing(self) -> Drawing:
+        """What is printed on the target, with the white margin that finding it needs."""
         ...
 
     def find(self, image: GreyImage) -> Found | NotFound:
