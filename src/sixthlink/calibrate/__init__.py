@@ -18,6 +18,7 @@ from sixthlink.calibrate.joint import ArmEvidence, BlockVerdict, Budget, Correla
 from sixthlink.calibrate.joint_recipe import calibrate_jointly
 from sixthlink.calibrate.marks import MarkPoint, mark_points
 from sixthlink.calibrate.recipe import calibrate_head, problem_of_recording
+from sixthlink.calibrate.stereo_check import StereoCheck, stereo_checks
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
 from sixthlink.calibrate.unobserved import Unobserved, changing
 from sixthlink.calibrate.usable import SolveOptions
@@ -41,6 +42,7 @@ __all__ = [
     "ShotEvidence",
     "SolveOptions",
     "SolverScore",
+    "StereoCheck",
     "TargetPoses",
     "Unobserved",
     "calibrate_head",
@@ -54,6 +56,7 @@ __all__ = [
     "observed_positions",
     "paper_numbers_of",
     "problem_of_recording",
+    "stereo_checks",
     "unobserved_names",
     "unobserved_of",
 ]

@@ -8,7 +8,7 @@ import click
 
 from sixthlink.cli.arm_commands import arm, compensate
 from sixthlink.cli.first_commands import init, robots
-from sixthlink.cli.recording_commands import calibrate, compare, simulate, verify
+from sixthlink.cli.recording_commands import calibrate, compare, detect, simulate, verify
 from sixthlink.cli.study_command import study
 
 __all__ = ["main"]
@@ -37,5 +37,5 @@ def main() -> None:
     """  # noqa: D301 - click wants the backspace character itself
 
 
-for _command in (init, robots, simulate, calibrate, compare, verify, arm, compensate, study):
+for _command in (init, robots, simulate, detect, calibrate, compare, verify, arm, compensate, study):
     main.add_command(_command)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import click
@@ -9,7 +10,7 @@ import click
 from sixthlink.cli.command import FILE, FOLDER, NOISE, command
 from sixthlink.cli.console import EXIT_REFUSED, print_json, progress_bars
 
-__all__ = ["calibrate", "compare", "simulate", "verify"]
+__all__ = ["calibrate", "compare", "detect", "simulate", "verify"]
 
 
 @command()
@@ -47,6 +48,34 @@ def simulate(
     else:
         click.echo(f"simulated {scenario!r}, seed {seed}, into {out}; the truth is in {out / 'truth'}")
     return 0
+
+
+@command()
+@click.argument("recording", type=FOLDER)
+@click.option("--no-cache", is_flag=True, help="Look at every image again, whatever was found in it before.")
+@click.option("--workers", type=click.IntRange(min=1), help="Images at a time.  [default: one per processor]")
+@click.option("--out", type=FOLDER, help="Folder for detections.csv; nothing is written without it.")
+def detect(recording: Path, *, no_cache: bool, workers: int | None, out: Path | None, as_json: bool) -> int:
+    """Find the target in every image of a RECORDING, and say what the images tell of the cameras.
+
+    Names every image that shows nothing usable, and why; calibrates the lenses from these images alone, with their
+    uncertainty; tells whether a given stereo calibration still fits. Exit code 1 where an image was refused or the
+    stereo calibration is stale.
+    """
+    from sixthlink.cli.detection_summary import detection_as_dict, detection_summary
+    from sixthlink.workflow import detect_folder
+
+    with progress_bars(quiet=as_json) as progress:
+        report, outcome = detect_folder(
+            recording, out=out, cached=not no_cache, progress=progress, workers=workers or os.cpu_count() or 1
+        )
+    files = {name: str(path) for name, path in outcome.files.items()}
+    if as_json:
+        print_json(detection_as_dict(report) | {"files": files})
+    else:
+        click.echo(detection_summary(report, files))
+    stale = any(check.stale for check in report.stereo)
+    return EXIT_REFUSED if report.rejections or stale else 0
 
 
 @command()

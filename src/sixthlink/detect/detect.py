@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -19,9 +20,21 @@ from sixthlink.progress import Progress
 from sixthlink.recording import BOARD_KINDS, Detections, Recording, Rejection, joined
 from sixthlink.target import MARK_FINDERS, Found, GreyImage, NotFound
 
-__all__ = ["detect"]
+__all__ = ["Memory", "detect"]
 
 STAGE = "detecting"
+
+
+class Memory(Protocol):
+    """Remembers what was found in the image of a shot and a camera, both by index."""
+
+    def recall(self, shot: int, camera: int) -> Found | NotFound | None:
+        """What was found before; None where nobody has looked."""
+        ...
+
+    def remember(self, shot: int, camera: int, answer: Found | NotFound) -> None:
+        """Keep what was found."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -36,6 +49,7 @@ def detect(
     recording: Recording,
     read_image: Callable[[int, int], GreyImage | NotFound],
     *,
+    memory: Memory | None = None,
     progress: Progress | None = None,
     workers: int | None = None,
 ) -> tuple[Detections, tuple[Rejection, ...]]:
@@ -45,6 +59,7 @@ def detect(
         recording: The recording; if it carries pixels instead of images, these are the answer.
         read_image: Grey image of a shot and a camera, both by index, or why it cannot be read. It is called from
             several threads.
+        memory: What was found in the same images before; images that it knows are not read.
         progress: Receives the number of images done.
         workers: Threads; by default as many as there are processors.
 
@@ -67,7 +82,7 @@ def detect(
     executor = ThreadPoolExecutor(max_workers=workers or os.cpu_count() or 1)
     with _one_opencv_thread():
         try:
-            answers = executor.map(lambda job: _look(recording, read_image, job), jobs)
+            answers = executor.map(lambda job: _answer(recording, read_image, memory, job), jobs)
             for done, (job, answer) in enumerate(zip(jobs, answers, strict=True), start=1):
                 if isinstance(answer, Found):
                     tables.append(_table(job, answer))
@@ -90,10 +105,22 @@ def _jobs(recording: Recording) -> list[_Job]:
     ]
 
 
-def _look(recording: Recording, read_image: Callable[[int, int], GreyImage | NotFound], job: _Job) -> Found | NotFound:
+def _answer(
+    recording: Recording, read_image: Callable[[int, int], GreyImage | NotFound], memory: Memory | None, job: _Job
+) -> Found | NotFound:
+    known = memory.recall(job.shot, job.camera) if memory is not None else None
+    if known is not None:
+        return known
     image = read_image(job.shot, job.camera)
     if isinstance(image, NotFound):
         return image
+    answer = _look(recording, image, job)
+    if memory is not None:
+        memory.remember(job.shot, job.camera, answer)
+    return answer
+
+
+def _look(recording: Recording, image: GreyImage, job: _Job) -> Found | NotFound:
     camera = recording.head.cameras[job.camera]
     if image.shape != (camera.height_px, camera.width_px):
         return NotFound(

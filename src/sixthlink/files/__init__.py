@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         write_arm_result,
     )
     from sixthlink.files.atomic import atomic_write_bytes, atomic_write_text
+    from sixthlink.files.detection_memory import DetectionMemory
     from sixthlink.files.detections_file import read_detections, write_detections
     from sixthlink.files.images import image_reader, read_grey_image
     from sixthlink.files.recording_folder import read_recording
@@ -45,6 +46,7 @@ _ROOMS = {
         "write_arm_result",
     ),
     "atomic": ("atomic_write_bytes", "atomic_write_text"),
+    "detection_memory": ("DetectionMemory",),
     "detections_file": ("read_detections", "write_detections"),
     "images": ("image_reader", "read_grey_image"),
     "recording_folder": ("read_recording",),
@@ -67,6 +69,7 @@ __all__ = [
     "ARM_RESULT_SCHEMA",
     "RESULT_SCHEMA",
     "TRACKED_ARM_SCHEMA",
+    "DetectionMemory",
     "Targets",
     "append_trial",
     "arm_from_urdf",

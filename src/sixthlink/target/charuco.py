@@ -16,7 +16,7 @@ from sixthlink.geometry import Floats, Ints
 from sixthlink.target.coarse import full_pixels, reduced_image
 from sixthlink.target.drawing import Drawing
 from sixthlink.target.markers import dictionary_names, marker_cells
-from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
 if TYPE_CHECKING:
@@ -104,14 +104,14 @@ class Charuco:
         # Inside the window there may be the corner's own edges but nothing of the nearest marker.
         gap = 0.5 * (1.0 - self.marker_m / self.square_m)
         window = float(np.clip(min(gap, 0.4) * step, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
-        refined, good = refine_saddles(image, pixels, window, max(1.5, 0.1 * step))
-        points, refined = points[good], refined[good]
+        refined = refine_saddles(image, pixels, window, max(1.5, 0.1 * step))
+        points, good = points[refined.good], refined.good
         if len(points) < FEWEST_POINTS:
             return NotFound(self._too_few(f"{len(points)} corners left after refinement"))
         flat = np.linalg.svd(self.points_m[points, :2] - self.points_m[points, :2].mean(axis=0), compute_uv=False)
         if flat[1] < 0.5 * self.square_m:
             return NotFound(self._too_few("all corners found are on one line"))
-        return Found(points, refined, np.full(len(points), SIGMA_PX))
+        return Found(points, refined.pixels[good], refined.sigmas_px[good])
 
     def _too_few(self, what: str) -> str:
         return (

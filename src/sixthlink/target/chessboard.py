@@ -16,7 +16,7 @@ import numpy.typing as npt
 from sixthlink.geometry import Floats, Ints
 from sixthlink.target.coarse import full_pixels, reduced_image
 from sixthlink.target.drawing import Drawing
-from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
 __all__ = ["Chessboard"]
@@ -104,17 +104,17 @@ class Chessboard:
                 f"the smallest square is {smallest:.1f} pixel wide, expected at least {SMALLEST_SQUARE_PX:g}"
             )
         window = float(np.clip(WINDOW_SHARE * smallest, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
-        refined, good = refine_saddles(image, coarse.reshape(-1, 2), window, 0.3 * smallest)
-        if not good.all():
-            u, v = coarse.reshape(-1, 2)[~good][0]
+        refined = refine_saddles(image, coarse.reshape(-1, 2), window, 0.3 * smallest)
+        if not refined.good.all():
+            u, v = coarse.reshape(-1, 2)[~refined.good][0]
             return NotFound(
-                f"{np.count_nonzero(~good)} corners could not be refined, the first near ({u:.0f}, {v:.0f}): "
+                f"{np.count_nonzero(~refined.good)} corners could not be refined, the first near ({u:.0f}, {v:.0f}): "
                 "at the image's edge, covered or blurred"
             )
-        grid = refined.reshape(self.rows, self.columns, 2)
+        grid = refined.pixels.reshape(self.rows, self.columns, 2)
         if not _regular(grid):
             return NotFound("the corners do not form a regular grid: something else was taken for a chessboard")
-        return self._ordered(image, grid)
+        return self._ordered(image, grid, refined.sigmas_px.reshape(self.rows, self.columns))
 
     def _coarse(self, image: GreyImage) -> Floats | None:
         """``(rows, columns, 2)`` first estimates [pixel] in OpenCV's order."""
@@ -136,19 +136,20 @@ class Chessboard:
             return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2)
         return None
 
-    def _ordered(self, image: GreyImage, grid: Floats) -> Found | NotFound:
+    def _ordered(self, image: GreyImage, grid: Floats, sigmas_px: Floats) -> Found | NotFound:
         """The corners in the board's own order: right-handed, and black first where that means something."""
+        grid = np.concatenate([grid, sigmas_px[..., None]], axis=2)
         if _handedness(grid) < 0.0:
             grid = grid[:, ::-1]
         if self._ends_differ or self.columns == self.rows:
-            contrast, spread = _first_colour(image, grid)
+            contrast, spread = _first_colour(image, grid[..., :2])
             if abs(contrast) < 4.0 * spread:
                 return NotFound("the squares' colours cannot be told apart: too dark, too bright or too blurred")
             if contrast > 0.0:  # the first square is white
                 grid = grid[::-1, ::-1] if self._ends_differ else np.swapaxes(grid, 0, 1)[:, ::-1]
-        pixels = np.ascontiguousarray(grid.reshape(-1, 2))
-        points = np.arange(len(pixels), dtype=np.int64)
-        return Found(points, pixels, np.full(len(pixels), SIGMA_PX))
+        named = grid.reshape(-1, 3)
+        points = np.arange(len(named), dtype=np.int64)
+        return Found(points, np.ascontiguousarray(named[:, :2]), np.ascontiguousarray(named[:, 2]))
 
 
 def _smallest_square(grid: Floats) -> float:

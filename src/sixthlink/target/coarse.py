@@ -10,20 +10,23 @@ from sixthlink.target.target import GreyImage
 
 __all__ = ["full_pixels", "reduced_image"]
 
+SMALLEST_SHARE = 0.8
+"""Share of the wanted width below which an image is not halved any more."""
+
 
 def reduced_image(image: GreyImage, width_px: int) -> npt.NDArray[np.uint8]:
-    """The image in 8 bit, area-averaged to about ``width_px`` columns; not enlarged if it is already smaller.
+    """The image in 8 bit, halved by area as often as about ``width_px`` columns are left; not enlarged.
 
-    More than 8 bit are stretched between their 0.5 and 99.5 percent levels, whatever the camera's true depth.
+    Halving is many times as fast as any other factor, and maps pixels to pixels exactly. An odd last row or column is
+    dropped. More than 8 bit are stretched between their 0.5 and 99.5 percent levels, whatever the camera's true depth.
     """
     import cv2
 
-    height, width = image.shape
-    scale = min(1.0, width_px / width)
     small: npt.NDArray[np.uint8 | np.uint16] = np.ascontiguousarray(image)
-    if scale < 1.0:
-        size = (max(1, round(width * scale)), max(1, round(height * scale)))
-        small = np.asarray(cv2.resize(small, size, interpolation=cv2.INTER_AREA), dtype=image.dtype)
+    while small.shape[1] // 2 >= SMALLEST_SHARE * width_px and small.shape[0] >= 2:
+        height, width = small.shape[0] // 2, small.shape[1] // 2
+        even = small[: 2 * height, : 2 * width]
+        small = np.asarray(cv2.resize(even, (width, height), interpolation=cv2.INTER_AREA), dtype=image.dtype)
     if small.dtype == np.uint8:
         return small.astype(np.uint8, copy=False)
     grey = small.astype(np.float32)
@@ -34,6 +37,6 @@ def reduced_image(image: GreyImage, width_px: int) -> npt.NDArray[np.uint8]:
 
 def full_pixels(reduced_pixels: npt.ArrayLike, reduced: GreyImage, image: GreyImage) -> Floats:
     """Pixels ``(N, 2)`` of the full image from pixels of the reduced one; pixel centres are whole numbers in both."""
-    scale = np.array([image.shape[1] / reduced.shape[1], image.shape[0] / reduced.shape[0]])
-    full = (np.asarray(reduced_pixels, dtype=np.float64).reshape(-1, 2) + 0.5) * scale - 0.5
+    factor = image.shape[1] // reduced.shape[1]
+    full = (np.asarray(reduced_pixels, dtype=np.float64).reshape(-1, 2) + 0.5) * factor - 0.5
     return np.asarray(full, dtype=np.float64)

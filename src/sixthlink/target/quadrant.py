@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from sixthlink.geometry import Floats
 from sixthlink.target.coarse import full_pixels, reduced_image
-from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SIGMA_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
 __all__ = ["find_quadrant_mark"]
@@ -93,10 +93,10 @@ def find_quadrant_mark(image: GreyImage) -> Found | NotFound:
             f"at least {2 * SMALLEST_RADIUS_PX:.0f}"
         )
     window = float(np.clip(0.6 * best.radius_px, SMALLEST_HALF_WINDOW_PX, 1.5 * LARGEST_HALF_WINDOW_PX))
-    refined, good = refine_saddles(image, [[best.u, best.v]], window, 0.3 * best.radius_px)
-    if not good[0]:
+    refined = refine_saddles(image, [[best.u, best.v]], window, 0.3 * best.radius_px)
+    if not refined.good[0]:
         return NotFound(f"the quadrant mark at ({best.u:.0f}, {best.v:.0f}) is blurred or cut by the image's edge")
-    return Found(np.zeros(1, dtype=np.int64), refined, np.full(1, SIGMA_PX))
+    return Found(np.zeros(1, dtype=np.int64), refined.pixels, refined.sigmas_px)
 
 
 def _widths(image: GreyImage) -> list[int]:
@@ -121,8 +121,8 @@ def _candidates(image: GreyImage, width: int) -> list[_Candidate]:
     v, u = np.nonzero((strength >= highest) & (strength > 0.0))
     order = np.argsort(-strength[v, u], kind="stable")[:CANDIDATES]
     peaks = np.stack([u[order], v[order]], axis=1).astype(np.float64)
-    refined, good = refine_saddles(reduced, peaks, CENTRE_WINDOW_PX, CENTRE_WINDOW_PX)
-    centres = refined[good]
+    refined = refine_saddles(reduced, peaks, CENTRE_WINDOW_PX, CENTRE_WINDOW_PX)
+    centres = refined.pixels[refined.good]
     radii, contrasts = _pattern(reduced, centres)
     scale = image.shape[1] / reduced.shape[1]
     places = full_pixels(centres, reduced, image)

@@ -5,6 +5,7 @@ has succeeded, and every write is atomic.
 """
 
 from sixthlink.workflow.calibration import calibrate_folder, compare_folder
+from sixthlink.workflow.detection import ImageReport, detect_folder
 from sixthlink.workflow.outcome import Outcome
 from sixthlink.workflow.simulation import simulate_folder
 from sixthlink.workflow.study import named_study, run_study
@@ -12,11 +13,13 @@ from sixthlink.workflow.tracker import arm_from_record, compensate_table
 from sixthlink.workflow.verification import verify_folder
 
 __all__ = [
+    "ImageReport",
     "Outcome",
     "arm_from_record",
     "calibrate_folder",
     "compare_folder",
     "compensate_table",
+    "detect_folder",
     "named_study",
     "run_study",
     "simulate_folder",

@@ -19,7 +19,6 @@ from sixthlink.calibrate import (
     problem_of_recording,
 )
 from sixthlink.calibrate.touches import ArmCalibration
-from sixthlink.detect import detect
 from sixthlink.errors import CalibrationError, Finding, InputError
 from sixthlink.files import (
     atomic_write_text,
@@ -32,6 +31,7 @@ from sixthlink.files import (
 from sixthlink.progress import Progress
 from sixthlink.recording import Recording, Rejection, shots_of_kind
 from sixthlink.report import report_page
+from sixthlink.workflow.detection import look
 from sixthlink.workflow.outcome import ARM, DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
 from sixthlink.workflow.touches import calibrate_touches
 from sixthlink.workflow.tracker import tracker_record
@@ -158,5 +158,5 @@ def _seen_by_cameras(
     """The calibrated cameras with what they saw, and refused images; no cameras for a recording of target poses."""
     if recording.Ts_head_target is not None:
         return None, ()
-    detections, rejections = detect(recording, image_reader(folder, recording), progress=progress)
+    detections, rejections = look(folder, recording, progress)
     return calibrate_rig(recording, detections, progress=progress), rejections

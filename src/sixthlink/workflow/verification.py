@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from sixthlink.calibrate import Calibration, MarkPoint, changing, mark_points
-from sixthlink.detect import detect
 from sixthlink.errors import CalibrationError, Finding, IndependenceError
 from sixthlink.files import atomic_write_text, image_reader, read_detections, read_recording, read_result
 from sixthlink.geometry import Floats, inverse
@@ -25,6 +24,7 @@ from sixthlink.recording import (
     with_arm,
 )
 from sixthlink.report import report_page
+from sixthlink.workflow.detection import look
 from sixthlink.workflow.outcome import DETECTIONS, REPORT, RESULT, Outcome, now, shots_for
 from sixthlink.workflow.touches import verify_touches
 
@@ -66,8 +66,7 @@ def verify_folder(
             "the calibration has no cameras (it was made from target poses), so that no mark can be measured; "
             "calibrate from images or pixels"
         )
-    read_image = image_reader(folder, recording)
-    detections, rejections = detect(recording, read_image, progress=progress)
+    detections, rejections = look(folder, recording, progress)
     points, unmeasured = mark_points(calibration.rig, detections, recording.ids, uncertain_cameras(calibration))
     check = _length_check(recording, calibration, points, rejections + unmeasured, given_arm=arm is not None)
     page = _report_with_check(
