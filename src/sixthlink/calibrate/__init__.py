@@ -1,6 +1,7 @@
 """From detections to a calibrated head on an arm, with the evidence for every number."""
 
 from sixthlink.calibrate.calibration import (
+    BoardEvidence,
     Calibration,
     CameraEvidence,
     Gate,
@@ -26,6 +27,7 @@ from sixthlink.calibrate.usable import SolveOptions
 __all__ = [
     "ArmEvidence",
     "BlockVerdict",
+    "BoardEvidence",
     "Budget",
     "Calibration",
     "CameraEvidence",

@@ -25,6 +25,7 @@ from sixthlink.robot import (
 )
 
 __all__ = [
+    "BoardEvidence",
     "Calibration",
     "CameraEvidence",
     "Gate",
@@ -50,6 +51,27 @@ class Gate:
     name: str
     passed: bool
     message: str
+
+
+@dataclass(frozen=True)
+class BoardEvidence:
+    """What the recording says of the board itself.
+
+    Attributes:
+        scale: True over declared size, by the robot's motion; None where it was not asked.
+        scale_std: Standard deviation of it, or None.
+        sag_m: Largest minus smallest height of its points over a flat board, corrected [m]; 0 where none shows.
+        sag_std_m: Standard deviation of it [m].
+        moved_m: How far the head would be off if the board counted as flat [m]; None where it does not matter.
+        moved_rad: The same for its direction [rad], or None.
+    """
+
+    scale: float | None = None
+    scale_std: float | None = None
+    sag_m: float = 0.0
+    sag_std_m: float = 0.0
+    moved_m: float | None = None
+    moved_rad: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +148,7 @@ class Calibration:
         heldout: Error on shots that were kept out of the fit, or None.
         print_sigma_m: Standard deviation of the target's misprints per coordinate, found in the images and corrected
             [m]; 0 where none shows.
+        board: What the recording says of the board itself.
         tracker_points: Points of a laser tracker that entered the same problem; 0 without a tracker.
         scale_shots: Names of the shots of scale bars that the estimate used.
     """
@@ -155,6 +178,7 @@ class Calibration:
     heldout: HeldOut | None = None
     print_sigma_m: float = 0.0
     tracker_points: int = 0
+    board: BoardEvidence = BoardEvidence()
     scale_shots: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from sixthlink.calibrate.board_shape import BoardShape, board_shape
 from sixthlink.calibrate.calibration import CameraEvidence
 from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
@@ -65,6 +66,7 @@ class RigCalibration:
         covariance: ``(G, G)`` of these [pixel, -, m, rad].
         points_m: ``(P, 3)`` points of the target, misprints corrected where the images show them [m].
         print_sigma_m: Standard deviation of a misprint, per coordinate [m]; 0 where none shows.
+        shape: How the target is bent, corrected in ``points_m``; None where the images show no bend.
     """
 
     rig: CameraRig
@@ -77,6 +79,7 @@ class RigCalibration:
     covariance: Floats
     points_m: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     print_sigma_m: float = 0.0
+    shape: BoardShape | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,13 +97,16 @@ class _Start:
     rejections: list[Rejection]
 
 
-def calibrate_rig(recording: Recording, detections: Detections, *, progress: Progress | None = None) -> RigCalibration:
+def calibrate_rig(
+    recording: Recording, detections: Detections, *, progress: Progress | None = None, flat: bool = False
+) -> RigCalibration:
     """Calibrate what the recording does not give of its cameras.
 
     Args:
         recording: The recording; its calibration shots are used.
         detections: What the cameras saw.
         progress: Listener.
+        flat: Whether the target counts as flat, whatever the images show.
 
     Raises:
         TooFewShotsError: A camera has fewer than three usable views, or fewer than three together with the reference.
@@ -122,16 +128,24 @@ def calibrate_rig(recording: Recording, detections: Detections, *, progress: Pro
         start = replace(start, Ts_head_target=kept, detections=without(start.detections, set(refused)))
         shots, problem, fit = _refined(recording, start, free_lens)
     target = recording.target
+    shape = None if flat else board_shape(problem, fit, target.points_m)
+    points_m = target.points_m
+    if shape is not None:
+        bend, problem, fit = shape
+        points_m = points_m + np.column_stack([np.zeros((len(points_m), 2)), bend.heights_m])
     # A target that may have been read from either end has no corner that is surely the same in all shots.
     found = print_errors(problem, fit) if target.half_turn is None else None
-    points_m = _corrected(target.points_m, found)
+    points_m = _corrected(points_m, found)
     problem = replace(problem, points_target=points_m[problem.points])
     if found is not None:
         fit = believed(problem, refine_rig(problem, fit.rig, fit.Ts_head_target), found)
     _refuse_uncertain_focal(fit, problem)
     listener.step(STAGE, 4, 4)
     return replace(
-        _result(start, problem, fit, ~given), points_m=points_m, print_sigma_m=found.sigma_m if found else 0.0
+        _result(start, problem, fit, ~given),
+        points_m=points_m,
+        print_sigma_m=found.sigma_m if found else 0.0,
+        shape=None if shape is None else shape[0],
     )
 
 

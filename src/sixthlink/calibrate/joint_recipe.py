@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from sixthlink.calibrate.board_scale import BoardScale, board_evidence, board_gate, scale_by_joint
 from sixthlink.calibrate.budget import budget_of
 from sixthlink.calibrate.calibration import Calibration
 from sixthlink.calibrate.cameras import RigCalibration
@@ -37,6 +38,7 @@ from sixthlink.calibrate.joint import (
     joint_evidence,
 )
 from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target, noise_ratio
+from sixthlink.calibrate.observations import covariances
 from sixthlink.calibrate.scale_bars import scale_gates
 from sixthlink.calibrate.tracked_arm import TrackerData, points_of_the_same_arm, wrong_points
 from sixthlink.calibrate.unobserved import degenerate_motion
@@ -47,6 +49,7 @@ from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats
 from sixthlink.progress import Progress
 from sixthlink.recording import (
+    EYE_IN_HAND,
     Recording,
     Rejection,
     TrackerRecord,
@@ -128,6 +131,7 @@ def calibrate_jointly(
         budget=budget_of(solved.data, found, middle_of_target(recording)),
     )
     wrong = wrong_shots(recording, problem, usable, found)
+    size = _board_scale(found, Ts_base_flange, recording.mount, usable.problem.Ts_inner)
     left_out = wrong_points(tracker, tracked, found) if tracker is not None and tracked is not None else ()
     fitted = scatter(used, X)
     all_evidence = shot_evidence(recording, usable, _spread(fitted, kept))
@@ -154,6 +158,7 @@ def calibrate_jointly(
             *gates_of(recorded, int(kept.sum()), certificate),
             agreement_gate(fitted),
             noise_gate(evidence),
+            board_gate(size),
             *scale_gates(solved.data, found),
             *((heldout_gate(heldout, fitted),) if heldout else ()),
         ),
@@ -161,9 +166,24 @@ def calibrate_jointly(
         joint=evidence,
         heldout=heldout,
         print_sigma_m=solved.cameras.print_sigma_m if solved.cameras else 0.0,
+        board=board_evidence(size, solved.cameras),
         tracker_points=sum(int(good.sum()) for good in found.kept[1:]) if tracked is not None else 0,
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
+    )
+
+
+def _board_scale(found: Estimate, Ts_base_flange: Floats, mount: str, Ts_head_target: Floats) -> BoardScale:
+    """The board's size beside everything else that was estimated."""
+    columns, state = found.problem.columns, found.fit.state
+    step = np.zeros(columns.size)
+    step[columns.lens_slice], step[columns.arm_slice] = state.lens_step, state.arm_step
+    prior = np.column_stack([found.problem.prior, found.problem.prior @ step - found.problem.prior_right])
+    carriers = Ts_base_flange if mount == EYE_IN_HAND else np.broadcast_to(np.eye(4), Ts_base_flange.shape)
+    heads = carriers[:, :3, :3] @ _head(found)[:3, :3]
+    linear, kept = found.fit.linear[0], found.kept[0].astype(np.float64)
+    return scale_by_joint(
+        linear, covariances(linear, found.scales), heads, prior, Ts_head_target=Ts_head_target, kept=kept
     )
 
 

@@ -10,11 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from sixthlink.calibrate.board_scale import BoardScale, board_evidence, board_gate, scale_by_head
 from sixthlink.calibrate.calibration import Calibration
 from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.gates import agreement_gate, gates_of, heldout_gate
 from sixthlink.calibrate.head import (
     HeadProblem,
+    Scatter,
     SearchReport,
     certificate_of,
     held_objective,
@@ -64,6 +66,7 @@ def calibrate_head(
     final = usable.cameras
     arm = recording.arm if recording.joints is not None else None
     Ts_stand_target, found = placement_poses(usable.problem, X), scatter(usable.problem, X)
+    size = None if usable.held is not None else _board_scale(usable, X, found)
     heldout, unjudged = held_out(
         recording, final, arm, X=X, placements=usable.placements, Ts_stand_target=Ts_stand_target
     )
@@ -89,11 +92,13 @@ def calibrate_head(
             *gates_of(len(shots_of_kind(recording, "calibrate")), len(usable.shots), certificate),
             agreement_gate(found),
             stray_gate(usable.problem, [recording.ids[s] for s in usable.shots]),
+            *((board_gate(size),) if size else ()),
             *((heldout_gate(heldout, found),) if heldout else ()),
         ),
         unobserved=usable.unobserved,
         heldout=heldout,
         print_sigma_m=final.print_sigma_m if final else 0.0,
+        board=board_evidence(size, final),
         inputs=dict(recording.inputs),
         versions=dict(versions or {}),
     )
@@ -120,6 +125,13 @@ def _searched(
     )
     X = inverse(T_link5_outer) @ X_link5
     return X if usable.held is None else usable.held.head(X), search
+
+
+def _board_scale(usable: Usable, X: Floats, found: Scatter) -> BoardScale:
+    """The board's size by the motion of the usable shots."""
+    lens = usable.cameras.covariance if usable.cameras else np.zeros((0, 0))
+    by_lens = usable.targets.by_rig if usable.targets else np.zeros((len(usable.shots), 6, 0))
+    return scale_by_head(usable.problem, X, found, by_lens, lens)
 
 
 def _T_link5_outer(recording: Recording) -> Floats:

@@ -205,12 +205,23 @@ def _doubt(check: LengthCheck, k: int) -> str:
 
 
 def _print_lines(calibration: Calibration) -> list[str]:
-    if calibration.print_sigma_m == 0.0:
-        return []
-    return [
-        f"target           its points are misprinted by {calibration.print_sigma_m / MM:.4f} mm (one sigma, "
-        "per coordinate); found in the pixels and corrected"
-    ]
+    lines, board = [], calibration.board
+    if calibration.print_sigma_m:
+        lines.append(
+            f"target           its points are misprinted by {calibration.print_sigma_m / MM:.4f} mm (one sigma, "
+            "per coordinate); found in the pixels and corrected"
+        )
+    if board.sag_m:
+        lines.append(
+            f"target           bent by {board.sag_m / MM:.3f} ± {board.sag_std_m / MM:.3f} mm; found in the pixels and "
+            "corrected"
+            + (
+                f"; taken as flat, the head would be {board.moved_m / MM:.3f} mm and {board.moved_rad / DEG:.4f}° off"
+                if board.moved_m is not None and board.moved_rad is not None
+                else ""
+            )
+        )
+    return lines
 
 
 def _head_lines(calibration: Calibration) -> list[str]:

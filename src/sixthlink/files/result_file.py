@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from sixthlink.calibrate import (
+    BoardEvidence,
     Calibration,
     CameraEvidence,
     Certificate,
@@ -110,7 +111,7 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
         "rejected": [asdict(r) for r in c.rejections],
         "cameras": _cameras_as_list(c),
         "stereo_rms_px": c.stereo_rms_px,
-        "target": {"print_sigma_m": c.print_sigma_m},
+        "target": {"print_sigma_m": c.print_sigma_m, **asdict(c.board)},
         "tracker_points": c.tracker_points,
         "arm": _or_none(c.arm, lambda arm: arm_as_dict(arm, c.joint)),
         **joint_as_dict(c),
@@ -140,6 +141,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         cameras=tuple(CameraEvidence(**entry["evidence"]) for entry in data["cameras"]),
         stereo_rms_px=data["stereo_rms_px"],
         print_sigma_m=data["target"]["print_sigma_m"],
+        board=BoardEvidence(**{k: v for k, v in data["target"].items() if k != "print_sigma_m"}),
         tracker_points=data.get("tracker_points", 0),
         placements=tuple(p["name"] for p in data["placements"]),
         Ts_base_target=filled(targets),

@@ -66,6 +66,8 @@ def simulate_cell(
             f"target has {target.columns} x {target.rows} corners of {target.square_m} m, but scenario "
             f"{scenario.name!r} has {wanted[0]} x {wanted[1]} of {wanted[2]} m; change one of them"
         )
+    if images and scenario.board_sag_m:
+        raise ValueError("a bent board is not rendered: simulate it without images")
     arm = built_arm(scenario, nominal_arm, stream(seed, "arm"))
     T_flange_drawing = drawn_head(scenario, nominal_arm)
     T_flange_head = mounted_head(scenario, T_flange_drawing, stream(seed, "head"))
@@ -82,7 +84,9 @@ def simulate_cell(
         rig=rig,
         T_flange_head=T_flange_head,
         Ts_base_placement={name: p.T_base_placement for (_, name), p in placements.items()},
-        points_m=printed_points(target.points_m, scenario.print_sigma_m, stream(seed, "print")),
+        points_m=printed_points(
+            target.points_m, scenario.print_sigma_m, stream(seed, "print"), sag_m=scenario.board_sag_m
+        ),
         standard_length_m=scenario.standard_length_m + length_error_m,
         pixels=joined([]),
     )

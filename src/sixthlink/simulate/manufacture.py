@@ -80,10 +80,12 @@ def built_rig(scenario: Scenario, random: np.random.Generator) -> CameraRig:
     return CameraRig(drawing.names, cameras, np.stack([np.eye(4), T_left_head]))
 
 
-def printed_points(points_m: Floats, sigma_m: float, random: np.random.Generator) -> Floats:
-    """Points ``(P, 3)`` of the board as the printer set them: off by ``sigma_m`` in x and y [m]."""
+def printed_points(points_m: Floats, sigma_m: float, random: np.random.Generator, *, sag_m: float = 0.0) -> Floats:
+    """Points ``(P, 3)`` of the board as printer and plate set them: off by ``sigma_m`` in x and y, bent along x [m]."""
     errors = np.zeros_like(points_m)
     errors[:, :2] = sigma_m * random.standard_normal((len(points_m), 2))
+    along = points_m[:, 0] - points_m[:, 0].mean()
+    errors[:, 2] = sag_m * (1.0 - (along / np.abs(along).max()) ** 2)
     return points_m + errors
 
 

@@ -48,6 +48,7 @@ class Scenario:
         rows: Inner corners of the chessboard along y.
         square_m: Size of a square [m].
         print_sigma_m: Print error of every corner, per coordinate [m].
+        board_sag_m: How far the middle of the chessboard lies behind its short sides [m]; only without images.
         placements: Placements of the chessboard.
         poses: Shots per placement of the chessboard.
         nearest_m: Shortest distance to the middle of the chessboard [m].
@@ -94,6 +95,7 @@ class Scenario:
     rows: int = 9
     square_m: float = 20.0 * MM
     print_sigma_m: float = 5e-6
+    board_sag_m: float = 0.0
     placements: int = 5
     poses: int = 10
     nearest_m: float = 0.56

@@ -15,6 +15,7 @@ import numpy as np
 from sixthlink.geometry import Floats, Ints
 from sixthlink.target.coarse import full_pixels, reduced_image
 from sixthlink.target.drawing import Drawing
+from sixthlink.target.failings import failing_of
 from sixthlink.target.markers import dictionary_names, marker_cells
 from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
@@ -99,7 +100,12 @@ class Charuco:
         """The visible inner corners in one image, refined, at least six that are not on one line."""
         points, pixels = self._coarse(image)
         if len(points) < FEWEST_POINTS:
-            return NotFound(self._too_few(f"{len(points)} corners found"))
+            mirrored = len(self._coarse(np.ascontiguousarray(image[:, ::-1]))[0]) >= FEWEST_POINTS
+            if mirrored:
+                return NotFound(
+                    "the image is mirrored: its mirror image shows the board; turn off flipping in the camera"
+                )
+            return NotFound(self._too_few(f"{len(points)} corners found") + failing_of(image))
         step = self._smallest_step(points, pixels)
         # Inside the window there may be the corner's own edges but nothing of the nearest marker.
         gap = 0.5 * (1.0 - self.marker_m / self.square_m)

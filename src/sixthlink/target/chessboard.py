@@ -16,6 +16,8 @@ import numpy.typing as npt
 from sixthlink.geometry import Floats, Ints
 from sixthlink.target.coarse import full_pixels, reduced_image
 from sixthlink.target.drawing import Drawing
+from sixthlink.target.failings import failing_of
+from sixthlink.target.other_boards import another_board, goes_on, second_board
 from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
@@ -96,7 +98,8 @@ class Chessboard:
         if coarse is None:
             return NotFound(
                 f"no chessboard of {self.columns} x {self.rows} inner corners found; is the whole board "
-                "visible, with a white margin around it?"
+                f"visible, with a white margin around it?"
+                f"{failing_of(image) or another_board(image, self.columns, self.rows)}"
             )
         smallest = _smallest_square(coarse)
         if smallest < SMALLEST_SQUARE_PX:
@@ -114,6 +117,9 @@ class Chessboard:
         grid = refined.pixels.reshape(self.rows, self.columns, 2)
         if not _regular(grid):
             return NotFound("the corners do not form a regular grid: something else was taken for a chessboard")
+        wrong = goes_on(image, grid) or second_board(image, grid)
+        if wrong:
+            return NotFound(wrong)
         return self._ordered(image, grid, refined.sigmas_px.reshape(self.rows, self.columns))
 
     def _coarse(self, image: GreyImage) -> Floats | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sixthlink.calibrate import (
+    BoardEvidence,
     Calibration,
     RigCalibration,
     SolveOptions,
@@ -28,7 +29,8 @@ from sixthlink.files import (
     write_detections,
     write_result,
 )
-from sixthlink.progress import Progress
+from sixthlink.geometry import motion_between
+from sixthlink.progress import Progress, Silent
 from sixthlink.recording import Recording, Rejection, shots_of_kind
 from sixthlink.report import report_page
 from sixthlink.workflow.detection import look
@@ -96,15 +98,21 @@ def calibrate_folder(
     cameras, rejections = _seen_by_cameras(folder, recording, progress)
     detections = cameras.detections if cameras else None
     joint = solve == "joint" or (solve == "auto" and recording.joints is not None and not options.observable_rest)
-    if joint:
-        record = None if tracker is None else tracker_record(tracker)
-        calibration = calibrate_jointly(
-            recording, cameras, options, progress, rejections=rejections, versions=versions(), tracker=record
-        )
-    elif tracker is not None:
+    if tracker is not None and not joint:
         raise CalibrationError("a tracker record needs joint values and kinematics in the recording, to be one problem")
-    else:
-        calibration = calibrate_head(recording, cameras, options, progress, rejections=rejections, versions=versions())
+    record = None if tracker is None else tracker_record(tracker)
+
+    def estimate(seen: RigCalibration | None, listener: Progress) -> Calibration:
+        if joint:
+            return calibrate_jointly(
+                recording, seen, options, listener, rejections=rejections, versions=versions(), tracker=record
+            )
+        return calibrate_head(recording, seen, options, listener, rejections=rejections, versions=versions())
+
+    calibration = estimate(cameras, progress)
+    if cameras is not None and detections is not None and cameras.shape is not None:
+        flat = estimate(calibrate_rig(recording, detections, flat=True), Silent())
+        calibration = replace(calibration, board=_with_effect(calibration, flat))
     page = report_page(
         calibration,
         recording=recording,
@@ -126,6 +134,13 @@ def calibrate_folder(
     write_result(files["result"], calibration)
     atomic_write_text(files["report"], page)
     return calibration, Outcome(files)
+
+
+def _with_effect(bent: Calibration, flat: Calibration) -> BoardEvidence:
+    """The board's evidence with what a flat board would have made of the head."""
+    motion = motion_between(bent.X[None], flat.X[None])[0]
+    moved_m, moved_rad = float(np.linalg.norm(motion[:3])), float(np.linalg.norm(motion[3:]))
+    return replace(bent.board, moved_m=moved_m, moved_rad=moved_rad)
 
 
 def _with_holdout(recording: Recording, holdout: int, seed: int) -> Recording:
