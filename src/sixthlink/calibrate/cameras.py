@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from sixthlink.calibrate.board_shape import BoardShape, board_shape
 from sixthlink.calibrate.calibration import CameraEvidence
+from sixthlink.calibrate.disc_centres import with_disc_centres
 from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
 from sixthlink.calibrate.rig_start import (
@@ -33,7 +34,7 @@ from sixthlink.camera import LENS_NAMES, Camera, CameraRig, RigUnknowns
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent
-from sixthlink.recording import Detections, Recording, Rejection, shots_of_kind
+from sixthlink.recording import BOARD_KINDS, Detections, Recording, Rejection, joined, selected, shots_of_kind
 
 __all__ = ["RigCalibration", "calibrate_rig"]
 
@@ -120,6 +121,9 @@ def calibrate_rig(
     given = np.array([d.camera is not None for d in recording.head.cameras])
     free_lens = _first_terms(given, start)
     shots, problem, fit = _refined(recording, start, free_lens)
+    if recording.target.circle_radii_m.any():
+        start = replace(start, rig=fit.rig, detections=_with_disc_centres(recording, start.detections, fit.rig))
+        shots, problem, fit = _refined(recording, start, free_lens)
     listener.step(STAGE, 3, 4)
     refused = _contradicting(shots, problem, fit)
     if refused:
@@ -250,6 +254,22 @@ def _refined(
         lens_prior=np.tile([LENS_PRIOR.get(name, np.inf) for name in LENS_NAMES], (len(free_pose), 1)),
     )
     return shots, problem, refine_rig(problem, start.rig, np.stack([start.Ts_head_target[s] for s in shots]))
+
+
+def _with_disc_centres(recording: Recording, detections: Detections, rig: CameraRig) -> Detections:
+    """The detections of boards corrected for the eccentricity of discs; those of marks as they are."""
+    target = recording.target
+    assert target is not None  # noqa: S101 - the caller made sure
+    boards = np.array([kind in BOARD_KINDS for kind in recording.kinds])[detections.shots]
+    corrected = with_disc_centres(
+        rig,
+        target.points_m,
+        target.circle_radii_m,
+        selected(detections, boards),
+        recording.ids,
+        half_turn=target.half_turn,
+    )
+    return joined([corrected, selected(detections, ~boards)])
 
 
 def _contradicting(shots: list[int], problem: RigProblem, fit: RigFit) -> dict[int, str]:

@@ -75,9 +75,9 @@ class Charuco:
         return None
 
     @property
-    def circle_radius_m(self) -> float:
-        """0: the points are corners."""
-        return 0.0
+    def circle_radii_m(self) -> Floats:
+        """Zeros: the points are corners."""
+        return np.zeros((self.rows - 1) * (self.columns - 1))
 
     @property
     def drawing(self) -> Drawing:

@@ -79,9 +79,9 @@ class Chessboard:
         return (self.columns + self.rows) % 2 == 1
 
     @property
-    def circle_radius_m(self) -> float:
-        """0: the points are corners."""
-        return 0.0
+    def circle_radii_m(self) -> Floats:
+        """Zeros: the points are corners."""
+        return np.zeros(self.rows * self.columns)
 
     @property
     def drawing(self) -> Drawing:

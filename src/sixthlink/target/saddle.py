@@ -42,6 +42,9 @@ REACH = 4
 FLAT = 0.15
 """Share of a window's steepest gradient below which it is flat: there its noise is read, dark and bright alike."""
 
+WORKED_OUT = 16
+"""Windows of an image in which the noise is followed through the filters."""
+
 Singles = npt.NDArray[np.float32]
 
 
@@ -134,14 +137,15 @@ def _solve(gx: Singles, gy: Singles, start: Floats, half_window_px: float) -> tu
 def _window(q: Floats, n: int, half_window_px: float) -> tuple[Singles, Singles]:
     """Weights ``(N, 2n + 1)`` along u and along v about points ``(N, 2)``; the window's weight is their product."""
     axis = np.arange(-n, n + 1)
-    across, down = (
-        np.exp(-2.0 * ((axis - q[:, k, None]) / half_window_px) ** 2).astype(np.float32) for k in (0, 1)
-    )
+    across, down = (np.exp(-2.0 * ((axis - q[:, k, None]) / half_window_px) ** 2).astype(np.float32) for k in (0, 1))
     return across, down
 
 
 def _sigmas(gx: Singles, gy: Singles, q: Floats, noise: Floats, half_window_px: float) -> Floats:
     """Standard deviation ``(N,)`` of the points per coordinate, the mean of both [pixel].
+
+    How the gradients' noise hangs together is alike in all windows of an image: it is worked out for some, and gives
+    the factor on A⁻¹ for all.
 
     Args:
         gx: ``(N, 2n + 1, 2n + 1)`` gradients along u.
@@ -150,24 +154,32 @@ def _sigmas(gx: Singles, gy: Singles, q: Floats, noise: Floats, half_window_px: 
         noise: ``(N,)`` standard deviation of the image's grey values.
         half_window_px: As in :func:`refine_saddles`.
     """
-    n = gx.shape[1] // 2
+    n, N = gx.shape[1] // 2, len(gx)
     axis = np.arange(-n, n + 1, dtype=np.float32)
     across, down = _window(q, n, half_window_px)
     w = down[:, :, None] * across[:, None, :]
-    rx = (axis - q[:, 0, None].astype(np.float32))[:, None, :]
-    ry = (axis - q[:, 1, None].astype(np.float32))[:, :, None]
+    a, b, d = (_sum(w * g) for g in (gx * gx, gx * gy, gy * gy))
+    plain = (a + d) / np.maximum(a * d - b * b, np.finfo(np.float64).tiny)
+    some = np.unique(np.linspace(0, N - 1, min(N, WORKED_OUT)).round().astype(np.int64))
+    rx = (axis - q[some, 0, None].astype(np.float32))[:, None, :]
+    ry = (axis - q[some, 1, None].astype(np.float32))[:, :, None]
+    exact = _traces(gx[some], gy[some], rx, ry, w[some], 4.0 / half_window_px**2)
+    factor = float(np.median(exact / plain[some]))
+    return np.hypot(noise * np.sqrt(0.5 * factor * plain), _sampling_px(half_window_px))
+
+
+def _traces(gx: Singles, gy: Singles, rx: Singles, ry: Singles, w: Singles, pull: float) -> Floats:  # noqa: PLR0917
+    """Trace ``(N,)`` of the points' covariances per variance of a grey value [pixel²]."""
     along = gx * rx + gy * ry
     # How Σ w g gᵀ r follows the point. The weights move with it and take their share; from noise they take all.
-    moving = 4.0 / half_window_px**2 * w * along
+    moving = pull * w * along
     A = np.array([[_sum(w * g * h - moving * g * r) for h, r in ((gx, rx), (gy, ry))] for g in (gx, gy)])
     # How each grey value of the image enters the sum: the filters of the gradients, the other way round.
     u = _seen_through(w * (gx * rx + along), w * gx * ry)
     v = _seen_through(w * gy * rx, w * (gy * ry + along))
     U = np.array([[_sum(x * y) for y in (u, v)] for x in (u, v)])
     inverse = np.linalg.pinv(np.moveaxis(A, 2, 0))
-    covariance = inverse @ np.moveaxis(U, 2, 0) @ np.swapaxes(inverse, 1, 2)
-    variance = 0.5 * noise**2 * np.trace(covariance, axis1=1, axis2=2)
-    return np.asarray(np.hypot(np.sqrt(variance), _sampling_px(half_window_px)), dtype=np.float64)
+    return np.trace(inverse @ np.moveaxis(U, 2, 0) @ np.swapaxes(inverse, 1, 2), axis1=1, axis2=2)
 
 
 def _sum(values: Singles) -> Floats:

@@ -65,8 +65,8 @@ class Target(Protocol):
         ...
 
     @property
-    def circle_radius_m(self) -> float:
-        """Radius of the discs whose centres are the points [m]; 0 where the points are corners.
+    def circle_radii_m(self) -> Floats:
+        """``(P,)`` radius of the disc whose centre each point is [m]; 0 where the points are corners.
 
         A disc is seen as an ellipse whose middle is not the image of the disc's; whoever projects points needs to know.
         """
