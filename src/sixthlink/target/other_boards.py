@@ -18,8 +18,8 @@ __all__ = ["another_board", "goes_on", "second_board"]
 FEWEST, MATCHING = 6, 0.9
 """Squares beyond a side that must be in the picture, and the share of them that must go on as a chessboard does."""
 
-WIDTH_PX, GLANCE_PX = 640, 320
-"""Image widths at which another board is looked for: when none was found, and when one was."""
+WIDTH_PX, SQUARE_PX = 640, 15.0
+"""Image width at which another board is looked for when none was found, and size of its squares when one was."""
 
 
 def goes_on(image: GreyImage, grid: Floats) -> str:
@@ -52,7 +52,8 @@ def second_board(image: GreyImage, grid: Floats) -> str:
     """Why it is not clear which board is meant: there is another one of the same kind."""
     import cv2
 
-    small = reduced_image(image, GLANCE_PX).copy()
+    square = float(np.median(np.linalg.norm(np.diff(grid, axis=1), axis=2)))
+    small = reduced_image(image, max(int(image.shape[1] * SQUARE_PX / square), 1)).copy()
     factor = image.shape[1] // small.shape[1]
     middle = grid.reshape(-1, 2).mean(axis=0)
     hull = cv2.convexHull(((1.35 * (grid.reshape(-1, 2) - middle) + middle) / factor).astype(np.int32))
