@@ -8,7 +8,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sixthlink.calibrate import calibrate_rig
-from sixthlink.camera import Camera, pixels_from_points, rays_from_pixels
+from sixthlink.camera import (
+    LENS_NAMES,
+    Camera,
+    camera_with_lens,
+    lens_vector,
+    pixel_jacobian,
+    pixels_from_points,
+    rays_from_pixels,
+)
 from sixthlink.errors import CalibrationError, TooFewShotsError
 from sixthlink.recording import CameraDescription, Detections, Head, Recording
 from sixthlink.target import Chessboard
@@ -108,15 +116,11 @@ def parameters(result):
     truth = {}
     for name, lens in (("right", RIGHT), ("left", LEFT)):
         values = [*lens.focal_px, *lens.centre_px, *lens.distortion]
-        keys = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-        truth |= {f"{name}.{key}": value for key, value in zip(keys, values, strict=True)}
+        truth |= {f"{name}.{key}": value for key, value in zip(LENS_NAMES, values, strict=True)}
     found = {}
     for name, lens in zip(result.rig.names, result.rig.cameras, strict=True):
         values = [*lens.focal_px, *lens.centre_px, *lens.distortion]
-        found |= {
-            f"{name}.{key}": v
-            for key, v in zip(("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"), values, strict=True)
-        }
+        found |= {f"{name}.{key}": v for key, v in zip(LENS_NAMES, values, strict=True)}
     T = result.rig.Ts_camera_head[1]
     turn = Rotation.from_matrix(T[:3, :3] @ T_LEFT_RIGHT[:3, :3].T).as_rotvec()
     found |= {f"left.{axis}": v for axis, v in zip("xyz", T[:3, 3] - T_LEFT_RIGHT[:3, 3], strict=True)}
@@ -235,8 +239,8 @@ def test_lens_terms_that_the_lens_has_not_stay_small_also_outside_the_corners():
     for seed in range(6):
         case = rehearsal(24, lenses=(plain,), seed=seed)
         found = calibrate_rig(case.recording, case.detections)
-        distortion, std = found.rig.cameras[0].distortion, found.cameras[0].std[4:]
-        assert (np.abs(distortion - plain.distortion) < 4.0 * std).all()
+        distortion, std = found.rig.cameras[0].distortion[:5], found.cameras[0].std[4:9]
+        assert (np.abs(distortion - plain.distortion[:5]) < 4.0 * std).all()
         rays = rays_from_pixels(plain, edge)
         bends.append(np.linalg.norm(pixels_from_points(found.rig.cameras[0], rays) - edge, axis=1).max())
     assert np.median(bends) < 1.0
@@ -368,3 +372,55 @@ def test_progress_is_told(case):
 
     calibrate_rig(case.recording, case.detections, progress=Listener())
     assert steps == [("calibrating cameras", k, 4) for k in (1, 2, 3, 4)]
+
+
+WIDE = Camera(*SIZE, np.full(2, 420.0), np.array([601.0, 478.0]), np.array([0.3, 0.0, 0, 0, 0, 0.8, 0.1, 0.0]))
+ASKEW = Camera(
+    *SIZE,
+    np.full(2, 900.0),
+    np.array([601.0, 478.0]),
+    np.array([-0.1, 0.02, 0, 0, 0, 0, 0, 0, 2e-2, 2e-2, -1.5e-2, -2e-2]),
+)
+
+
+@pytest.mark.parametrize(("lens", "model"), [(WIDE, "rational"), (ASKEW, "thin prism")], ids=["wide", "askew"])
+def test_a_lens_that_asks_for_more_terms_gets_them(lens, model):
+    """Unseen views choose; with the terms the residuals are the noise again."""
+    seen = rehearsal(30, lenses=(lens,), spread=0.7 if lens is WIDE else 0.3)
+    found = calibrate_rig(seen.recording, seen.detections)
+    assert {m.model for m in found.models if m.entered} >= {model}
+    assert found.rig.cameras[0].distortion[5:].any()
+    assert found.noise_px == pytest.approx(NOISE, rel=0.05)
+
+
+def test_a_plain_lens_is_not_given_more_terms():
+    for seed in range(4):
+        seen = rehearsal(20, seed=seed, lenses=(RIGHT,))
+        assert not any(m.entered for m in calibrate_rig(seen.recording, seen.detections).models)
+
+
+@pytest.mark.parametrize("lens", [RIGHT, WIDE, ASKEW], ids=["plain", "wide", "askew"])
+def test_pixels_are_those_of_opencv_and_rays_lead_back(lens):
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(-0.3, 0.3, (50, 2)), rng.uniform(0.8, 1.2, 50)])
+    pixels = pixels_from_points(lens, points)
+    assert pixels == pytest.approx(projected(lens, np.eye(4), points), abs=1e-9)
+    assert rays_from_pixels(lens, pixels) == pytest.approx(points / points[:, 2:], abs=1e-9)
+
+
+@pytest.mark.parametrize("lens", [RIGHT, WIDE, ASKEW], ids=["plain", "wide", "askew"])
+def test_derivatives_are_those_of_the_pixels(lens):
+    rng = np.random.default_rng(1)
+    points = np.column_stack([rng.uniform(-0.3, 0.3, (20, 2)), rng.uniform(0.8, 1.2, 20)])
+    _, by_point, by_lens = pixel_jacobian(lens, points)
+    for k in range(3):
+        step = 1e-6 * np.eye(3)[k]
+        slope = (pixels_from_points(lens, points + step) - pixels_from_points(lens, points - step)) / 2e-6
+        assert by_point[..., k] == pytest.approx(slope, rel=1e-6, abs=1e-4)
+    for k in range(len(LENS_NAMES)):
+        ends = []
+        for side in (-1.0, 1.0):
+            vector = lens_vector(lens)
+            vector[k] += side * 1e-5
+            ends.append(pixels_from_points(camera_with_lens(lens, vector), points))
+        assert by_lens[..., k] == pytest.approx((ends[1] - ends[0]) / 2e-5, rel=1e-5, abs=1e-5)

@@ -12,7 +12,7 @@ from sixthlink.calibrate.head import Certificate, Scatter, SearchReport
 from sixthlink.calibrate.heldout_error import HeldOut
 from sixthlink.calibrate.joint import JointEvidence
 from sixthlink.calibrate.unobserved import Unobserved, changing
-from sixthlink.camera import CameraRig
+from sixthlink.camera import LENS_NAMES, CameraRig
 from sixthlink.geometry import Floats, frozen_floats
 from sixthlink.recording import EYE_IN_HAND, Rejection
 from sixthlink.robot import (
@@ -82,7 +82,8 @@ class CameraEvidence:
         calibrated: Whether the intrinsics were calibrated here rather than given.
         images: Number of images used.
         rms_px: RMS pixel residual per coordinate [pixel], 0 when given.
-        std: ``(9,)`` standard deviation of fx, fy, cx, cy [pixel], k1, k2, p1, p2, k3 [-]; 0 when given or fixed.
+        std: ``(16,)`` standard deviation of fx, fy, cx, cy [pixel] and the terms of distortion [-]; 0 when given or
+            fixed.
     """
 
     calibrated: bool
@@ -91,7 +92,8 @@ class CameraEvidence:
     std: Floats
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "std", frozen_floats(self.std, (9,), "std"))
+        whole = np.pad(np.asarray(self.std, dtype=np.float64), (0, len(LENS_NAMES) - len(self.std)))
+        object.__setattr__(self, "std", frozen_floats(whole, (len(LENS_NAMES),), "std"))
 
 
 @dataclass(frozen=True)

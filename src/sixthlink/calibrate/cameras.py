@@ -1,10 +1,10 @@
 """What are the lenses of the head, and how do its cameras stand to each other?
 
-Given lenses and poses are kept; the rest is refined together over all cameras and shots: k1, k2, p1 and p2, and k3 with
-twenty views or more. Terms beyond k1 have a prior about zero as wide as lenses are built: where the images say much it
-does not matter, where they say little a superfluous term stays small instead of bending the image outside the corners,
-and the covariance knows both. No term is dropped: leaving out what is not quite zero would bias the others by many of
-their own standard deviations.
+Given lenses and poses are kept; the rest is refined together over all cameras and shots: k1, k2, p1 and p2, k3 with
+twenty views or more, rational or thin-prism terms where unseen views ask for them. Terms beyond k1 have a prior about
+zero as wide as lenses are built: where the images say much it does not matter, where they say little a superfluous term
+stays small instead of bending the image outside the corners, and the covariance knows both. None of the usual terms is
+dropped: leaving out what is not quite zero would bias the others by many of their own standard deviations.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from sixthlink.calibrate.board_shape import BoardShape, board_shape
 from sixthlink.calibrate.calibration import CameraEvidence
 from sixthlink.calibrate.disc_centres import with_disc_centres
+from sixthlink.calibrate.lens_choice import LensVerdict, lens_choice
 from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
 from sixthlink.calibrate.rig_start import (
@@ -30,7 +31,7 @@ from sixthlink.calibrate.rig_start import (
     views_beyond,
     without,
 )
-from sixthlink.camera import LENS_NAMES, Camera, CameraRig, RigUnknowns
+from sixthlink.camera import LENS_NAMES, PLAIN_TERMS, Camera, CameraRig, RigUnknowns
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent
@@ -44,6 +45,7 @@ VIEWS_FOR_K3 = 20
 """Fewer views than this seldom reach the corners of the image in which k3 shows."""
 
 LENS_PRIOR = {"k2": 0.3, "p1": 5e-4, "p2": 5e-4, "k3": 0.3}
+LENS_PRIOR |= {"k4": 0.5, "k5": 0.5, "k6": 0.5, "s1": 2e-3, "s2": 2e-3, "s3": 2e-3, "s4": 2e-3}
 """Standard deviations of lens terms about zero, as lenses are built; k1 and what the pinhole knows are left alone."""
 
 LARGEST_FOCAL_SHARE = 0.05
@@ -68,6 +70,7 @@ class RigCalibration:
         points_m: ``(P, 3)`` points of the target, misprints corrected where the images show them [m].
         print_sigma_m: Standard deviation of a misprint, per coordinate [m]; 0 where none shows.
         shape: How the target is bent, corrected in ``points_m``; None where the images show no bend.
+        models: Richer lens models that were tried, and whether they entered.
     """
 
     rig: CameraRig
@@ -81,6 +84,7 @@ class RigCalibration:
     points_m: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     print_sigma_m: float = 0.0
     shape: BoardShape | None = None
+    models: tuple[LensVerdict, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -131,6 +135,7 @@ def calibrate_rig(
         kept = {s: T for s, T in start.Ts_head_target.items() if s not in refused}
         start = replace(start, Ts_head_target=kept, detections=without(start.detections, set(refused)))
         shots, problem, fit = _refined(recording, start, free_lens)
+    models, problem, fit = lens_choice(problem, fit)
     target = recording.target
     shape = None if flat else board_shape(problem, fit, target.points_m)
     points_m = target.points_m
@@ -150,6 +155,7 @@ def calibrate_rig(
         points_m=points_m,
         print_sigma_m=found.sigma_m if found else 0.0,
         shape=None if shape is None else shape[0],
+        models=models,
     )
 
 
@@ -219,12 +225,16 @@ def _rows(d: Detections, rows: Ints, points: Ints) -> Detections:
 
 
 def _first_terms(given: npt.NDArray[np.bool_], start: _Start) -> npt.NDArray[np.bool_]:
-    """``(C, 9)`` lens terms that are free to begin with."""
+    """``(C, 16)`` lens terms that are free to begin with."""
     free = np.repeat(~given[:, None], len(LENS_NAMES), axis=1)
+    free[:, LENS_NAMES.index("k4") :] = False
     d = start.detections
+    for c, camera in enumerate(start.rig.cameras):
+        if camera.distortion[PLAIN_TERMS:].any() and not given[c]:
+            free[c, LENS_NAMES.index("k3") : LENS_NAMES.index("k6") + 1] = True
     for c in range(len(given)):
         views = set(d.shots[d.cameras == c].tolist()) & start.Ts_head_target.keys()
-        free[c, LENS_NAMES.index("k3")] &= len(views) >= VIEWS_FOR_K3
+        free[c, LENS_NAMES.index("k3")] &= len(views) >= VIEWS_FOR_K3 or free[c, LENS_NAMES.index("k4")]
     return free
 
 
@@ -289,7 +299,7 @@ def _corrected(points_m: Floats, found: PrintErrors | None) -> Floats:
 
 
 def _lens_stds(problem: RigProblem, fit: RigFit) -> Floats:
-    """``(C, 9)`` standard deviations of the intrinsics; 0 where they are not free."""
+    """``(C, 16)`` standard deviations of the intrinsics; 0 where they are not free."""
     lens = problem.unknowns.lens
     stds = np.zeros(lens.shape)
     stds[lens] = np.sqrt(np.diag(fit.covariance))[: np.count_nonzero(lens)]

@@ -1,8 +1,8 @@
 """Where would the middle of each disc be seen, where the middle of its image was found?
 
 A disc is seen as an ellipse, and the ellipse's middle is not the image of the disc's: near and far half are not
-foreshortened alike. With the disc's middle C, its normal n, its distance d = n·C from the camera and its radius ρ, a ray
-x meets its rim where
+foreshortened alike. With the disc's middle C, its normal n, its distance d = n·C from the camera and its radius ρ, a
+ray x meets its rim where
 
     xᵀ M x = 0,   M = d² I - d (C nᵀ + n Cᵀ) + (|C|² - ρ²) n nᵀ
 

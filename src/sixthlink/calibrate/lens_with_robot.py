@@ -78,7 +78,7 @@ def refine_lens_with_robot(
         free=evidence.std > 0.0,
     )
     state = _State(lens_vector(camera), X, placement_poses(problem, X), problem.Ts_inner)
-    covariance = np.zeros((9, 9))
+    covariance = np.zeros((len(state.lens), len(state.lens)))
     for _ in range(ROUNDS):
         found = scatter(replace(problem, Ts_inner=state.Ts_head_target), state.X)
         sigmas = np.repeat([found.rms_translation_m, found.rms_rotation_rad], 3) / np.sqrt(3.0)
@@ -90,7 +90,7 @@ def refine_lens_with_robot(
 
 
 def _fitted(camera: Camera, data: _Data, problem: HeadProblem, state: _State, sigmas: Floats) -> tuple[_State, Floats]:
-    """Damped least squares with every shot's pose eliminated; also the lens covariance ``(9, 9)``."""
+    """Damped least squares with every shot's pose eliminated; also the lens covariance ``(16, 16)``."""
     cost, blocks = _linearised(camera, data, problem, state, sigmas)
     damping = 1e-6
     for _ in range(ITERATIONS):
@@ -106,7 +106,7 @@ def _fitted(camera: Camera, data: _Data, problem: HeadProblem, state: _State, si
             if damping > 1e3:
                 break
     shared = np.linalg.pinv(_reduced(blocks, 0.0)[0], hermitian=True)
-    covariance = np.zeros((9, 9))
+    covariance = np.zeros((len(state.lens), len(state.lens)))
     free = np.flatnonzero(data.free)
     covariance[np.ix_(free, free)] = shared[: len(free), : len(free)]
     return state, covariance

@@ -34,8 +34,8 @@ class RigProblem:
         pixels: ``(M, 2)`` observed [pixel].
         sigmas_px: ``(M,)`` standard deviation of each coordinate [pixel]; only ratios matter to the answer.
         unknowns: What of the rig is free.
-        lens_prior: ``(C, 9)`` standard deviation of each lens term about zero before any image was seen; infinite where
-            nothing is known.
+        lens_prior: ``(C, 16)`` standard deviation of each lens term about zero before any image was seen; infinite
+            where nothing is known.
     """
 
     slots: Ints

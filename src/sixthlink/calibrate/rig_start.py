@@ -13,7 +13,7 @@ import numpy as np
 from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.rig_refinement import unseen_lens
 from sixthlink.calibrate.target_poses import MINIMUM_POINTS, locate_targets
-from sixthlink.camera import Camera, CameraRig
+from sixthlink.camera import Camera, CameraRig, rays_from_pixels
 from sixthlink.errors import CalibrationError, TooFewShotsError
 from sixthlink.geometry import Floats, Ints, inverse, mean_transform, rotation_angle
 from sixthlink.recording import CameraDescription, Detections, Rejection, selected
@@ -116,7 +116,24 @@ def beyond_reason(rms_px: float, median_px: float) -> str:
 def _calibrated(
     description: CameraDescription, points_m: Floats, seen: Detections, shots: list[int]
 ) -> tuple[Camera, Floats]:
-    """OpenCV's answer with k1, k2, p1, p2 and the RMS of each view per coordinate [pixel]."""
+    """OpenCV's answer with k1, k2, p1, p2 and the RMS of each view per coordinate [pixel].
+
+    A lens so wide that the polynomial folds inside the image is started with the rational terms.
+    """
+    import cv2
+
+    plain = cv2.CALIB_FIX_K3 | (cv2.CALIB_ZERO_TANGENT_DIST if len(shots) < 6 else 0)
+    camera, per_view = _by_opencv(description, points_m, seen, shots, plain)
+    try:
+        rays_from_pixels(camera, seen.pixels)
+    except ValueError:
+        camera, per_view = _by_opencv(description, points_m, seen, shots, cv2.CALIB_RATIONAL_MODEL)
+    return camera, per_view
+
+
+def _by_opencv(
+    description: CameraDescription, points_m: Floats, seen: Detections, shots: list[int], flags: int
+) -> tuple[Camera, Floats]:
     import cv2
 
     rows = [seen.shots == shot for shot in shots]
@@ -124,14 +141,13 @@ def _calibrated(
     images = [seen.pixels[r].astype(np.float32) for r in rows]
     size = (description.width_px, description.height_px)
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-10)
-    flags = cv2.CALIB_FIX_K3 | (cv2.CALIB_ZERO_TANGENT_DIST if len(shots) < 6 else 0)
-    K0, k0 = np.eye(3), np.zeros(5)
+    K0, k0 = np.eye(3), np.zeros(8 if flags & cv2.CALIB_RATIONAL_MODEL else 5)
     try:
         _, K, k, _, _, _, _, per_view = cv2.calibrateCameraExtended(
             objects, images, size, K0, k0, flags=flags, criteria=criteria
         )
         lens = np.asarray(K, dtype=np.float64)
-        terms = np.asarray(k, dtype=np.float64).ravel()[:5]
+        terms = np.asarray(k, dtype=np.float64).ravel()[: len(k0)]
         camera = Camera(*size, np.diag(lens)[:2], lens[:2, 2], terms)
     except (cv2.error, ValueError) as failure:
         raise CalibrationError(unseen_lens(f" of camera {description.name!r}")) from failure

@@ -2,6 +2,7 @@
 
 from sixthlink.camera.camera import (
     LENS_NAMES,
+    PLAIN_TERMS,
     Camera,
     camera_with_lens,
     lens_vector,
@@ -15,6 +16,7 @@ from sixthlink.camera.triangulation import triangulate
 
 __all__ = [
     "LENS_NAMES",
+    "PLAIN_TERMS",
     "Camera",
     "CameraRig",
     "RigUnknowns",

@@ -21,7 +21,7 @@ class RigUnknowns:
     """What of a rig is free: G numbers, the lens terms camera by camera first, then the camera poses' motions.
 
     Attributes:
-        lens: ``(C, 9)`` which intrinsics are free, in the order of ``LENS_NAMES``.
+        lens: ``(C, 16)`` which intrinsics are free, in the order of ``LENS_NAMES``.
         pose: ``(C,)`` which cameras' poses ``T_camera_head`` are free; never the reference's.
     """
 

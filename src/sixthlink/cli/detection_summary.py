@@ -30,6 +30,14 @@ def detection_as_dict(r: ImageReport) -> dict[str, Any]:
         "total_s": r.total_s,
         "cameras": list(_cameras(r)),
         "cameras_reason": r.why,
+        "lens_models": [] if r.cameras is None else [asdict(m) for m in r.cameras.models],
+        "board": None
+        if r.cameras is None
+        else {
+            "sag_m": r.cameras.shape.sag_m if r.cameras.shape else 0.0,
+            "sag_std_m": r.cameras.shape.sag_std_m if r.cameras.shape else None,
+            "print_sigma_m": r.cameras.print_sigma_m,
+        },
         "stereo": [asdict(check) for check in r.stereo],
     }
 
@@ -50,6 +58,15 @@ def detection_summary(r: ImageReport, files: Mapping[str, str]) -> str:
             fx, std = camera["lens"]["fx"], camera["std"]["fx"]
             line += f"; focal length {fx:.2f} ± {std:.2f} px ({100 * std / fx:.2f} %)"
         lines.append(line)
+    if r.cameras is not None:
+        lines += [
+            f"lens model {m.model:<11}{'entered' if m.entered else 'left out'}: squared residuals of unseen views fall by "
+            f"a factor of exp({m.gain:.3f} ± {m.standard_error:.3f})"
+            for m in r.cameras.models
+        ]
+        if r.cameras.shape is not None:
+            sag, std = r.cameras.shape.sag_m * 1e3, r.cameras.shape.sag_std_m * 1e3
+            lines.append(f"the board is bent by {sag:.3f} ± {std:.3f} mm; corrected")
     if r.why:
         lines.append(f"cameras not calibrated from these images: {r.why}")
     lines += [f"stereo {check.words}" for check in r.stereo]

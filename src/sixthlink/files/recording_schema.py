@@ -157,12 +157,20 @@ class RobotSection(_Section):
     positions_confirmed: bool = False
 
 
+def _terms(value: Any) -> Any:
+    from pydantic_core import PydanticCustomError
+
+    if isinstance(value, list) and len(value) not in {5, 8, 12}:
+        raise PydanticCustomError("one_of", "{expected}", {"expected": "a list of 5, 8 or 12", "cure": ""})
+    return value
+
+
 class IntrinsicsSection(_Section):
     """Intrinsics of one camera."""
 
     focal_px: Annotated[list[Positive], Field(min_length=2, max_length=2)]
     centre_px: Annotated[list[float], Field(min_length=2, max_length=2)]
-    distortion: Annotated[list[float], Field(min_length=5, max_length=5)]
+    distortion: Annotated[list[float], BeforeValidator(_terms)]
 
 
 class PoseSection(_Section):

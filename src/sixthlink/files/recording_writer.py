@@ -124,7 +124,11 @@ def _camera(camera: CameraDescription, is_reference: bool) -> dict[str, Any]:
 
 
 def _intrinsics(camera: Camera) -> dict[str, list[float]]:
-    return {name: getattr(camera, name).tolist() for name in ("focal_px", "centre_px", "distortion")}
+    return {
+        "focal_px": camera.focal_px.tolist(),
+        "centre_px": camera.centre_px.tolist(),
+        "distortion": list(camera.written_distortion),
+    }
 
 
 def _matrix(T: Floats) -> list[list[float]]:

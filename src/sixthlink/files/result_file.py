@@ -203,7 +203,7 @@ def _cameras_as_list(calibration: Calibration) -> list[dict[str, Any]]:
             "image_size_px": [camera.width_px, camera.height_px],
             "focal_px": camera.focal_px.tolist(),
             "centre_px": camera.centre_px.tolist(),
-            "distortion": camera.distortion.tolist(),
+            "distortion": list(camera.written_distortion),
             "T_camera_head": T.tolist(),
             "evidence": {
                 "calibrated": e.calibrated,

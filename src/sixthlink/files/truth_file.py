@@ -22,7 +22,7 @@ def write_truth(path: Path, cell: SimulatedCell) -> None:
                 "name": name,
                 "focal_px": camera.focal_px.tolist(),
                 "centre_px": camera.centre_px.tolist(),
-                "distortion": camera.distortion.tolist(),
+                "distortion": list(camera.written_distortion),
                 "T_camera_head": T.tolist(),
             }
             for name, camera, T in zip(truth.rig.names, truth.rig.cameras, truth.rig.Ts_camera_head, strict=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sixthlink.calibrate import Calibration, CameraEvidence, ShotEvidence
-from sixthlink.camera import Camera
+from sixthlink.camera import LENS_NAMES, PLAIN_TERMS, Camera, lens_vector
 from sixthlink.measure import LengthCheck, statistics
 from sixthlink.report.quantities import DASH, NOT_OBSERVED, fixed, millimetres, pixels, significant, with_std
 from sixthlink.units import DEG, MM
@@ -137,7 +137,8 @@ def camera_table(calibration: Calibration) -> Table:
     rig = calibration.rig
     if rig is None:
         return Table((), ())
-    columns = [_camera_column(c, e) for c, e in zip(rig.cameras, calibration.cameras, strict=True)]
+    terms = _shown_terms(rig.cameras)
+    columns = [_camera_column(c, e, terms) for c, e in zip(rig.cameras, calibration.cameras, strict=True)]
     whats = (
         "image",
         "numbers",
@@ -145,7 +146,7 @@ def camera_table(calibration: Calibration) -> Table:
         "fy",
         "cx",
         "cy",
-        *(f"{k} [–]" for k in ("k1", "k2", "p1", "p2", "k3")),
+        *(f"{LENS_NAMES[k]} [–]" for k in terms),
     )
     heads = ["", f"{rig.reference} (reference)" if len(rig.names) > 1 else rig.reference, *rig.names[1:]]
     return Table(tuple(heads), tuple(zip((*whats, "image RMS"), *columns, strict=True)))
@@ -166,12 +167,19 @@ def _rms(values: Sequence[float]) -> float:
     return math.sqrt(sum(v * v for v in values) / len(values)) if values else math.nan
 
 
-def _camera_column(camera: Camera, evidence: CameraEvidence) -> tuple[str, ...]:
+def _shown_terms(cameras: Sequence[Camera]) -> list[int]:
+    """Terms of distortion that the page shows, by their place in ``LENS_NAMES``: those that are usual or not zero."""
+    used = np.any([c.distortion != 0.0 for c in cameras], axis=0)
+    used[:PLAIN_TERMS] = True
+    return (4 + np.flatnonzero(used)).tolist()
+
+
+def _camera_column(camera: Camera, evidence: CameraEvidence, terms: Sequence[int]) -> tuple[str, ...]:
     size = f"{camera.width_px} × {camera.height_px} px"
     origin = f"calibrated, {evidence.images} images" if evidence.calibrated else "given"
     cells = []
-    values = (*camera.focal_px, *camera.centre_px, *camera.distortion)
-    for k, (value, std) in enumerate(zip(values, evidence.std, strict=True)):
+    values, rows = lens_vector(camera), [*range(4), *terms]
+    for k, value, std in zip(rows, values[rows].tolist(), evidence.std[rows].tolist(), strict=True):
         held = " fixed" if evidence.calibrated and std == 0.0 else ""
         cells.append(with_std(float(value), float(std), *(("px", 3) if k < 4 else ("", 6))) + held)
     return (size, origin, *cells, pixels(evidence.rms_px) if evidence.calibrated else DASH)

@@ -110,7 +110,7 @@ def _drawn_rig(scenario: Scenario) -> CameraRig:
 def _built_camera(scenario: Scenario, drawing: Camera, random: np.random.Generator) -> Camera:
     focal_px = drawing.focal_px * (1.0 + scenario.focal_sigma * random.standard_normal())
     shift_px = scenario.centre_sigma_m / scenario.pixel_pitch_m * random.standard_normal(2)
-    distortion = drawing.distortion + np.array(scenario.distortion_sigma) * random.standard_normal(5)
+    distortion = drawing.distortion[:5] + np.array(scenario.distortion_sigma) * random.standard_normal(5)
     return Camera(drawing.width_px, drawing.height_px, focal_px, drawing.centre_px + shift_px, distortion)
 
 

@@ -3,7 +3,9 @@
 The simulator's own lens, written in vectors instead of coordinates: with x the undistorted position and
 p = (p2, p1) the tangential coefficients, the distorted position is
 
-    x · (1 + k1 r² + k2 r⁴ + k3 r⁶ + 2 p·x) + p r²,    r² = x·x          (Brown 1971)
+    x · ((1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶) + 2 p·x) + (p + a) r² + b r⁴,    r² = x·x
+
+(Brown 1971), with a = (s1, s3) and b = (s2, s4) where the lens is built askew.
 
 It shares the nouns of the calibrator's cameras but none of their functions. The centre of the first pixel is
 (0, 0).
@@ -79,7 +81,8 @@ def _ray_map(width_px: int, height_px: int, numbers: tuple[float, ...]) -> RayMa
 
 def _lens(distortion: Floats, x: Floats) -> tuple[Floats, Floats]:
     """Stretch ``(...)`` along x ``(2, ...)`` and shift ``(2, ...)`` beside it."""
-    k1, k2, p1, p2, k3 = distortion
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = distortion
     r2 = x[0] * x[0] + x[1] * x[1]
-    stretch = 1.0 + ((k3 * r2 + k2) * r2 + k1) * r2 + 2.0 * (p2 * x[0] + p1 * x[1])
-    return stretch, np.stack([p2 * r2, p1 * r2])
+    bent = (1.0 + ((k3 * r2 + k2) * r2 + k1) * r2) / (1.0 + ((k6 * r2 + k5) * r2 + k4) * r2)
+    stretch = bent + 2.0 * (p2 * x[0] + p1 * x[1])
+    return stretch, np.stack([(p2 + s1 + s2 * r2) * r2, (p1 + s3 + s4 * r2) * r2])
