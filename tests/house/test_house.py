@@ -71,9 +71,18 @@ def test_rooms_stay_small_enough_to_hold_in_the_head(path):
     assert not {"utils", "helpers", "common", "misc", "base", "manager"} & {path.stem, path.parent.name}
 
 
-@pytest.mark.parametrize("name", sorted(main.commands))
-def test_every_command_explains_itself(name):
-    command = main.commands[name]
+def every_command():
+    """Every command by name; of a group, its subcommands."""
+    for name, command in main.commands.items():
+        if isinstance(command, click.Group):
+            context = click.Context(command)
+            yield from ((name, command.get_command(context, kind)) for kind in command.list_commands(context))
+        else:
+            yield name, command
+
+
+@pytest.mark.parametrize(("name", "command"), every_command(), ids=lambda value: getattr(value, "name", value))
+def test_every_command_explains_itself(name, command):
     assert command.help
     for parameter in command.params:
         if isinstance(parameter, click.Option):

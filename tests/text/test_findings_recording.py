@@ -58,8 +58,7 @@ MISTAKES = {
     "too few distortion numbers": (
         [("distortion: [0, 0, 0, 0, 0]", "distortion: [0, 0, 0, 0]")],
         "recording.yaml:14:77: head.cameras.left.intrinsics.distortion: is a list of 4, expected a "
-        "list of 5, 8 or 12; "
-        'write for example "distortion: [0, 0, 0, 0, 0]"',
+        "list of 5, 8 or 12; write one of these",
     ),
     "unknown robot": (
         [("abb_irb1400", "abb_irb140")],

@@ -12,13 +12,14 @@ from sixthlink.calibrate.calibration import (
     unobserved_names,
     unobserved_of,
 )
-from sixthlink.calibrate.cameras import RigCalibration, calibrate_rig
+from sixthlink.calibrate.cameras import calibrate_rig
 from sixthlink.calibrate.head import Certificate, SearchBox, SearchReport, SolverScore, compare_solvers
 from sixthlink.calibrate.heldout_error import HeldOut
 from sixthlink.calibrate.joint import ArmEvidence, BlockVerdict, Budget, Correlation, JointEvidence, NoiseEvidence
 from sixthlink.calibrate.joint_recipe import calibrate_jointly
 from sixthlink.calibrate.marks import MarkPoint, mark_points
 from sixthlink.calibrate.recipe import calibrate_head, problem_of_recording
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.stereo_check import StereoCheck, stereo_checks
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
 from sixthlink.calibrate.unobserved import Unobserved, changing

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sixthlink.calibrate.calibration import BoardEvidence, Gate
-from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.head import HeadProblem, Scatter
 from sixthlink.calibrate.observations import Linearised, carried, whitened
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.geometry import Floats, motion_between
 from sixthlink.solvers import Equations, reduced
 

@@ -9,16 +9,17 @@ dropped: leaving out what is not quite zero would bias the others by many of the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from sixthlink.calibrate.board_shape import BoardShape, board_shape
+from sixthlink.calibrate.board_shape import board_shape
 from sixthlink.calibrate.calibration import CameraEvidence
 from sixthlink.calibrate.disc_centres import with_disc_centres
-from sixthlink.calibrate.lens_choice import LensVerdict, lens_choice
+from sixthlink.calibrate.lens_choice import lens_choice
 from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
 from sixthlink.calibrate.rig_start import (
     LensStart,
@@ -37,7 +38,7 @@ from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent
 from sixthlink.recording import BOARD_KINDS, Detections, Recording, Rejection, joined, selected, shots_of_kind
 
-__all__ = ["RigCalibration", "calibrate_rig"]
+__all__ = ["calibrate_rig"]
 
 STAGE = "calibrating cameras"
 
@@ -50,46 +51,6 @@ LENS_PRIOR |= {"k4": 0.5, "k5": 0.5, "k6": 0.5, "s1": 2e-3, "s2": 2e-3, "s3": 2e
 
 LARGEST_FOCAL_SHARE = 0.05
 """A focal length less certain than this share of itself is no result: the views hardly tilt."""
-
-
-@dataclass(frozen=True, eq=False)
-class RigCalibration:
-    """The cameras of the head, and the evidence for them.
-
-    Attributes:
-        rig: The head.
-        cameras: Evidence per camera; the RMS is that of its views in the common refinement, given lens or not.
-        stereo_rms_px: RMS residual per coordinate over the shots that more than one camera saw [pixel]; 0 with
-            one camera.
-        noise_px: Standard deviation of a pixel coordinate, as the residuals show it [pixel].
-        detections: The detections as given, without refused views, and with a symmetric target named alike by all
-            cameras of a shot.
-        rejections: Views and shots that were refused, and why.
-        unknowns: The G free parameters.
-        covariance: ``(G, G)`` of these [pixel, -, m, rad].
-        points_m: ``(P, 3)`` points of the target, misprints corrected where the images show them [m].
-        print_sigma_m: Standard deviation of a misprint, per coordinate [m]; 0 where none shows.
-        shape: How the target is bent, corrected in ``points_m``; None where the images show no bend.
-        models: Richer lens models that were tried, and whether they entered.
-    """
-
-    rig: CameraRig
-    cameras: tuple[CameraEvidence, ...]
-    stereo_rms_px: float
-    noise_px: float
-    detections: Detections
-    rejections: tuple[Rejection, ...]
-    unknowns: RigUnknowns
-    covariance: Floats
-    points_m: Floats = field(default_factory=lambda: np.zeros((0, 3)))
-    print_sigma_m: float = 0.0
-    shape: BoardShape | None = None
-    models: tuple[LensVerdict, ...] = ()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the free parameters, for example ``right.fx`` and ``left.rotation_z``."""
-        return self.unknowns.names(self.rig.names)
 
 
 @dataclass(frozen=True, eq=False)

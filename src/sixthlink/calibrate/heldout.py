@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.heldout_error import HeldOut
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.usable import located_targets
 from sixthlink.geometry import Floats, inverse, rotation_angle
 from sixthlink.recording import EYE_IN_HAND, Recording, Rejection, flange_poses_of, shots_of_kind

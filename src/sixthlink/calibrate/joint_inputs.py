@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.joint import HeadShots, JointData, repeatability_of
 from sixthlink.calibrate.marks import mark_points
 from sixthlink.calibrate.observations import MarkSightings, SocketDistances, carried
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.usable import Usable
 from sixthlink.geometry import Floats
 from sixthlink.recording import EYE_TO_HAND, Recording, placement_indices, selected, shots_of_kind

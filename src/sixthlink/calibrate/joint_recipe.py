@@ -15,7 +15,6 @@ import numpy.typing as npt
 from sixthlink.calibrate.board_scale import BoardScale, board_evidence, board_gate, scale_by_joint
 from sixthlink.calibrate.budget import budget_of
 from sixthlink.calibrate.calibration import Calibration
-from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.gates import agreement_gate, gates_of, heldout_gate, noise_gate
 from sixthlink.calibrate.head import (
     HeadProblem,
@@ -39,6 +38,7 @@ from sixthlink.calibrate.joint import (
 )
 from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target, noise_ratio
 from sixthlink.calibrate.observations import covariances
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.scale_bars import scale_gates
 from sixthlink.calibrate.tracked_arm import TrackerData, points_of_the_same_arm, wrong_points
 from sixthlink.calibrate.unobserved import degenerate_motion

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.head import HeadProblem, placement_poses, scatter
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.camera import Camera, CameraRig, camera_with_lens, lens_vector, pixel_jacobian
 from sixthlink.geometry import Floats, Ints, apply_motion, hat, motion_between
 from sixthlink.recording import selected

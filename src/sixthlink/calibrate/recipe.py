@@ -12,7 +12,6 @@ import numpy as np
 
 from sixthlink.calibrate.board_scale import BoardScale, board_evidence, board_gate, scale_by_head
 from sixthlink.calibrate.calibration import Calibration
-from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.gates import agreement_gate, gates_of, heldout_gate
 from sixthlink.calibrate.head import (
     HeadProblem,
@@ -27,6 +26,7 @@ from sixthlink.calibrate.head import (
     search_head,
 )
 from sixthlink.calibrate.heldout import held_out
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.strays import stray_gate
 from sixthlink.calibrate.usable import SolveOptions, Usable, shot_evidence, usable_with_final_lens
 from sixthlink.geometry import Floats, inverse

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.calibrate.calibration import ShotEvidence
-from sixthlink.calibrate.cameras import RigCalibration
 from sixthlink.calibrate.half_turns import half_turn_transform, opposite_readings
 from sixthlink.calibrate.head import (
     HeadProblem,
@@ -27,6 +26,7 @@ from sixthlink.calibrate.head import (
     solve_certified,
 )
 from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
 from sixthlink.calibrate.unobserved import Unobserved, degenerate_motion, what_is_held
 from sixthlink.errors import TooFewShotsError

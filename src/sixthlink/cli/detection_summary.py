@@ -60,8 +60,8 @@ def detection_summary(r: ImageReport, files: Mapping[str, str]) -> str:
         lines.append(line)
     if r.cameras is not None:
         lines += [
-            f"lens model {m.model:<11}{'entered' if m.entered else 'left out'}: squared residuals of unseen views fall by "
-            f"a factor of exp({m.gain:.3f} ± {m.standard_error:.3f})"
+            f"lens model {m.model:<11}{'entered' if m.entered else 'left out'}: squared residuals of unseen views fall "
+            f"by a factor of exp({m.gain:.3f} ± {m.standard_error:.3f})"
             for m in r.cameras.models
         ]
         if r.cameras.shape is not None:

@@ -10,6 +10,7 @@ from sixthlink.cli.arm_commands import arm, compensate
 from sixthlink.cli.first_commands import init, robots
 from sixthlink.cli.recording_commands import calibrate, compare, detect, simulate, verify
 from sixthlink.cli.study_command import study
+from sixthlink.cli.target_command import target
 
 __all__ = ["main"]
 
@@ -37,5 +38,5 @@ def main() -> None:
     """  # noqa: D301 - click wants the backspace character itself
 
 
-for _command in (init, robots, simulate, detect, calibrate, compare, verify, arm, compensate, study):
+for _command in (init, robots, simulate, detect, calibrate, compare, verify, arm, compensate, study, target):
     main.add_command(_command)

@@ -131,7 +131,7 @@ class PaintedSurface:
             i, j = np.floor((b - low[1]) / step).astype(np.intp), np.floor((a - low[0]) / step).astype(np.intp)
             inside = (i >= 0) & (i < rows) & (j >= 0) & (j < columns)
             k = np.where(inside, near[np.clip(i, 0, rows - 1), np.clip(j, 0, columns - 1)], -1)
-            x, y, radius = self.drawing.discs[np.maximum(k, 0)].T.reshape(3, *k.shape)
+            x, y, radius = np.moveaxis(self.drawing.discs[np.maximum(k, 0)], -1, 0)
             labels = np.where((k >= 0) & ((a - x) ** 2 + (b - y) ** 2 < radius**2), np.uint8(BLACK), labels)
         return labels
 

@@ -100,7 +100,7 @@ class Charuco:
         """The visible inner corners in one image, refined, at least six that are not on one line."""
         points, pixels = self._coarse(image)
         if len(points) < FEWEST_POINTS:
-            mirrored = len(self._coarse(np.ascontiguousarray(image[:, ::-1]))[0]) >= FEWEST_POINTS
+            mirrored = len(self._coarse(image[:, ::-1].copy())[0]) >= FEWEST_POINTS
             if mirrored:
                 return NotFound(
                     "the image is mirrored: its mirror image shows the board; turn off flipping in the camera"
