@@ -7,8 +7,9 @@ ray x meets its rim where
     xᵀ M x = 0,   M = d² I - d (C nᵀ + n Cᵀ) + (|C|² - ρ²) n nᵀ
 
 and the ellipse's middle c in the plane z = 1 solves M₂₂ c = -m, with M₂₂ the upper left block and m the upper right
-column. What is found less the difference between c and the image of C is where the middle would be seen; it needs the
-target's pose only roughly, and is found with the poses that the uncorrected middles give, twice.
+column. The lens then bends the ellipse, which moves its middle again. What is found less the difference between that and
+the image of C is where the middle would be seen; it needs the target's pose only roughly, and is found with the poses
+that the uncorrected middles give, twice.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ from sixthlink.recording import Detections, selected
 __all__ = ["eccentricities", "with_disc_centres"]
 
 ROUNDS = 2
+
+CORNERS = 32
+"""Corners of the polygon that shows what the lens does to a disc's image."""
 
 
 def with_disc_centres(
@@ -78,5 +82,19 @@ def eccentricities(camera: Camera, T_camera_target: Floats, points_m: Floats, ra
     size = np.sum(C**2, axis=1) - radii_m**2
     M = d[:, None, None] ** 2 * np.eye(3) - d[:, None, None] * cross + size[:, None, None] * np.outer(n, n)
     middle = -np.linalg.solve(M[:, :2, :2], M[:, :2, 2:])[:, :, 0]
-    seen = np.concatenate([middle, np.ones((len(C), 1))], axis=1)
-    return pixels_from_points(camera, seen) - pixels_from_points(camera, C)
+    # The lens bends the rim too: what it does to the middle of a polygon on the rim, it does to that of the ellipse.
+    turn = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
+    round_ = np.column_stack([np.cos(turn), np.sin(turn)]) @ R[:, :2].T
+    rims = C[:, None] + radii_m[:, None, None] * round_
+    plain = rims[..., :2] / rims[..., 2:]
+    straight = (middle - _middles(plain)) * camera.focal_px
+    return _middles(pixels_from_points(camera, rims)) + straight - pixels_from_points(camera, C)
+
+
+def _middles(polygons: Floats) -> Floats:
+    """Middle of the area ``(N, 2)`` of polygons ``(N, K, 2)``."""
+    first = polygons[:, :1]
+    u, v = np.moveaxis(polygons - first, -1, 0)
+    cross = u * np.roll(v, -1, axis=1) - np.roll(u, -1, axis=1) * v
+    moments = [np.sum((a + np.roll(a, -1, axis=1)) * cross, axis=1) for a in (u, v)]
+    return first[:, 0] + np.stack(moments, axis=1) / (3.0 * np.sum(cross, axis=1, keepdims=True))
