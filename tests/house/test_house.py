@@ -81,7 +81,7 @@ def every_command():
             yield name, command
 
 
-@pytest.mark.parametrize(("name", "command"), every_command(), ids=lambda value: getattr(value, "name", value))
+@pytest.mark.parametrize(("name", "command"), list(every_command()), ids=lambda value: getattr(value, "name", value))
 def test_every_command_explains_itself(name, command):
     assert command.help
     for parameter in command.params:

@@ -130,7 +130,8 @@ MISTAKES = {
     ),
     "unknown kind of target": (
         [("kind: chessboard", "kind: chesboard")],
-        "recording.yaml:17:16: target.kind: is the text 'chesboard', expected one of ... did you mean chessboard?",
+        "recording.yaml:17:16: target.kind: is the text 'chesboard', expected one of ... did you mean chessboard or "
+        "marker-chessboard?",
     ),
     "no target": (
         [(TARGET, "target: none")],

@@ -7,9 +7,9 @@ ray x meets its rim where
     xᵀ M x = 0,   M = d² I - d (C nᵀ + n Cᵀ) + (|C|² - ρ²) n nᵀ
 
 and the ellipse's middle c in the plane z = 1 solves M₂₂ c = -m, with M₂₂ the upper left block and m the upper right
-column. The lens then bends the ellipse, which moves its middle again. What is found less the difference between that and
-the image of C is where the middle would be seen; it needs the target's pose only roughly, and is found with the poses
-that the uncorrected middles give, twice.
+column. The lens then bends the ellipse, which moves its middle again. What is found less the difference between that
+and the image of C is where the middle would be seen; it needs the target's pose only roughly, and is found with the
+poses that the uncorrected middles give, twice.
 """
 
 from __future__ import annotations
