@@ -2,7 +2,8 @@
 
 Its centre is a saddle of the grey values at every scale below the disc's size. So the image is searched at a few
 scales for strong saddles, and each candidate has to show what only the mark shows: on growing circles around it two
-bright and two dark quarters, facing each other. The largest such circle tells the size of the disc.
+bright and two dark quarters, facing each other. The largest such circle tells the size of the disc. The search goes from
+small images to large ones, and ends where a larger one could only show what is too small to be a rival.
 """
 
 from __future__ import annotations
@@ -46,6 +47,9 @@ MOST_UNEVEN = 0.15
 RIVAL_SHARE = 0.4
 """A second candidate with more than this share of the best one's weight makes the answer ambiguous."""
 
+SURELY_SEEN_PX = 8.0
+"""Marks of this radius are found in a reduced image [pixel of it]: three circles and the smoothing have room."""
+
 CENTRE_WINDOW_PX = 4.0
 """Half window that centres a candidate [pixel of the reduced image]; half a pixel aside spoils small circles."""
 
@@ -75,7 +79,11 @@ def find_quadrant_mark(image: GreyImage) -> Found | NotFound:
         One point, or why there is none: no mark, a mark too small or cut by the image's edge, or two places that
         look equally like one (both are named).
     """
-    candidates = _distinct([c for width in _widths(image) for c in _candidates(image, width)])
+    candidates: list[_Candidate] = []
+    for reduced in _reduced(image):
+        candidates = _distinct([*candidates, *_candidates(image, reduced)])
+        if candidates and RIVAL_SHARE * candidates[0].radius_px >= SURELY_SEEN_PX * image.shape[1] / reduced.shape[1]:
+            break
     if not candidates:
         return NotFound(
             "no quadrant mark found: expected one disc of alternating black and white quarters, sharp and whole"
@@ -99,20 +107,18 @@ def find_quadrant_mark(image: GreyImage) -> Found | NotFound:
     return Found(np.zeros(1, dtype=np.int64), refined.pixels, refined.sigmas_px)
 
 
-def _widths(image: GreyImage) -> list[int]:
-    width = min(image.shape[1], WIDEST_SEARCH_PX)
-    widths = [width]
-    while width // 2 >= NARROWEST_SEARCH_PX:
-        width //= 2
-        widths.append(width)
-    return widths
+def _reduced(image: GreyImage) -> list[npt.NDArray[np.uint8]]:
+    """The image at the scales of the search, the smallest first."""
+    images = [reduced_image(image, WIDEST_SEARCH_PX)]
+    while images[-1].shape[1] // 2 >= NARROWEST_SEARCH_PX:
+        images.append(reduced_image(images[-1], images[-1].shape[1] // 2))
+    return images[::-1]
 
 
-def _candidates(image: GreyImage, width: int) -> list[_Candidate]:
+def _candidates(image: GreyImage, reduced: npt.NDArray[np.uint8]) -> list[_Candidate]:
     """Saddles on one scale that carry the pattern of the mark."""
     import cv2
 
-    reduced = reduced_image(image, width)
     grey = np.asarray(cv2.GaussianBlur(reduced.astype(np.float32), (0, 0), SADDLE_SIGMA_PX), dtype=np.float32)
     xx, yy = cv2.Sobel(grey, cv2.CV_32F, 2, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 2)
     xy = cv2.Sobel(grey, cv2.CV_32F, 1, 1)
@@ -147,7 +153,7 @@ def _pattern(grey: npt.NDArray[np.uint8], centres: Floats) -> tuple[Floats, Floa
     at = centres[:, None, None, :] + offsets
     rings = map_coordinates(grey.astype(np.float32), [at[..., 1], at[..., 0]], order=1, mode="nearest")
     inside = ((at >= 0.0) & (at <= np.array(grey.shape)[::-1] - 1)).all(axis=(-1, -2))
-    low, high = np.percentile(grey, (1.0, 99.0))
+    low, high = np.percentile(grey[::2, ::2], (1.0, 99.0))
     shown, contrasts = _shows_quarters(rings.astype(np.float64) / float(max(high - low, 1.0)))
     run = np.cumprod(inside & shown, axis=1)
     unbroken = run.sum(axis=1)
