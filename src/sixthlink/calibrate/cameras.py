@@ -18,20 +18,11 @@ from sixthlink.calibrate.board_shape import board_shape
 from sixthlink.calibrate.calibration import CameraEvidence
 from sixthlink.calibrate.disc_centres import with_disc_centres
 from sixthlink.calibrate.lens_choice import lens_choice
+from sixthlink.calibrate.lens_start import LensStart, beyond_reason, start_lens, view_poses, views_beyond
 from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
 from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
-from sixthlink.calibrate.rig_start import (
-    LensStart,
-    beyond_reason,
-    refusals_of,
-    rejections_of,
-    start_lens,
-    start_pose,
-    view_poses,
-    views_beyond,
-    without,
-)
+from sixthlink.calibrate.rig_start import refusals_of, rejections_of, start_pose, without
 from sixthlink.camera import LENS_NAMES, PLAIN_TERMS, Camera, CameraRig, RigUnknowns
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
