@@ -33,10 +33,11 @@ def poses(rng: np.random.Generator, count: int = N) -> np.ndarray:
 
 def cameras(rng: np.random.Generator) -> tuple[CameraDescription, ...]:
     lens = Camera(2452, 2056, rng.normal(4900, 9, 2), rng.normal(1000, 9, 2), rng.normal(0, 0.1, 5))
+    fisheye = Camera(640, 480, rng.normal(300, 9, 2), rng.normal(300, 9, 2), rng.normal(0, 0.1, 4), "fisheye")
     return (
         CameraDescription("right", 2452, 2056),
         CameraDescription("left", 2452, 2056, lens),
-        CameraDescription("top", 640, 480, None, poses(rng, 1)[0]),
+        CameraDescription("top", 640, 480, fisheye, poses(rng, 1)[0]),
     )
 
 
@@ -140,6 +141,7 @@ def assert_same(read: Recording, written: Recording) -> None:
         same(c.T_camera_head, d.T_camera_head)
         assert (c.camera is None) == (d.camera is None)
         if c.camera and d.camera:
+            assert c.camera.model == d.camera.model
             for part in ("focal_px", "centre_px", "distortion"):
                 np.testing.assert_array_equal(getattr(c.camera, part), getattr(d.camera, part))
     for c, d in ((read.target, written.target), (read.standard, written.standard)):

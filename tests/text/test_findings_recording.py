@@ -57,8 +57,18 @@ MISTAKES = {
     ),
     "too few distortion numbers": (
         [("distortion: [0, 0, 0, 0, 0]", "distortion: [0, 0, 0, 0]")],
-        "recording.yaml:14:77: head.cameras.left.intrinsics.distortion: is a list of 4, expected a "
-        "list of 5, 8 or 12; write one of these",
+        "recording.yaml:14:77: head.cameras.left.intrinsics.distortion: has 4 terms for a pinhole lens, expected "
+        '5, 8 or 12: k1, k2, p1, p2, k3, ...; write "model: fisheye" for a fisheye, or 0 for missing terms',
+    ),
+    "a number of distortion terms that nobody uses": (
+        [("distortion: [0, 0, 0, 0, 0]", "distortion: [0, 0, 0]")],
+        "recording.yaml:14:77: head.cameras.left.intrinsics.distortion: is a list of 3, expected a list of 5, 8 or 12, "
+        "or of 4 with model: fisheye; write one of these",
+    ),
+    "a fisheye with terms of a pinhole": (
+        [("{focal_px: [900, 900]", "{model: fisheye, focal_px: [900, 900]")],
+        "recording.yaml:14:93: head.cameras.left.intrinsics.distortion: has 5 terms for a fisheye lens, expected "
+        "k1, k2, k3, k4; leave p1 and p2 out",
     ),
     "unknown robot": (
         [("abb_irb1400", "abb_irb140")],

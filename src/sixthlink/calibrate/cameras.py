@@ -1,10 +1,11 @@
 """What are the lenses of the head, and how do its cameras stand to each other?
 
 Given lenses and poses are kept; the rest is refined together over all cameras and shots: k1, k2, p1 and p2, k3 with
-twenty views or more, rational or thin-prism terms where unseen views ask for them. Terms beyond k1 have a prior about
-zero as wide as lenses are built: where the images say much it does not matter, where they say little a superfluous term
-stays small instead of bending the image outside the corners, and the covariance knows both. None of the usual terms is
-dropped: leaving out what is not quite zero would bias the others by many of their own standard deviations.
+twenty views or more, rational or thin-prism terms or a fisheye where unseen views ask for them. Terms beyond k1 have a
+prior about zero as wide as lenses are built: where the images say much it does not matter, where they say little a
+superfluous term stays small instead of bending the image outside the corners, and the covariance knows both. None of
+the usual terms is dropped: leaving out what is not quite zero would bias the others by many of their own standard
+deviations.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import numpy.typing as npt
 from sixthlink.calibrate.board_shape import board_shape
 from sixthlink.calibrate.calibration import CameraEvidence
 from sixthlink.calibrate.disc_centres import with_disc_centres
+from sixthlink.calibrate.fisheye_start import FISHEYE_FREE
 from sixthlink.calibrate.lens_choice import lens_choice
 from sixthlink.calibrate.lens_start import LensStart, beyond_reason, start_lens, view_poses, views_beyond
 from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
 from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
 from sixthlink.calibrate.rig_start import refusals_of, rejections_of, start_pose, without
-from sixthlink.camera import LENS_NAMES, PLAIN_TERMS, Camera, CameraRig, RigUnknowns
+from sixthlink.camera import FISHEYE, LENS_NAMES, PLAIN_TERMS, Camera, CameraRig, RigUnknowns
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent
@@ -182,11 +184,15 @@ def _first_terms(given: npt.NDArray[np.bool_], start: _Start) -> npt.NDArray[np.
     free[:, LENS_NAMES.index("k4") :] = False
     d = start.detections
     for c, camera in enumerate(start.rig.cameras):
-        if camera.distortion[PLAIN_TERMS:].any() and not given[c]:
+        if given[c]:
+            continue
+        if camera.model == FISHEYE:
+            free[c] = FISHEYE_FREE
+        elif camera.distortion[PLAIN_TERMS:].any():
             free[c, LENS_NAMES.index("k3") : LENS_NAMES.index("k6") + 1] = True
-    for c in range(len(given)):
-        views = set(d.shots[d.cameras == c].tolist()) & start.Ts_head_target.keys()
-        free[c, LENS_NAMES.index("k3")] &= len(views) >= VIEWS_FOR_K3 or free[c, LENS_NAMES.index("k4")]
+        else:
+            views = set(d.shots[d.cameras == c].tolist()) & start.Ts_head_target.keys()
+            free[c, LENS_NAMES.index("k3")] = len(views) >= VIEWS_FOR_K3
     return free
 
 

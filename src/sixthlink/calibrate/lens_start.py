@@ -1,6 +1,7 @@
 """From which lens does the refinement of a camera start, and which of its views does it refuse?
 
-From OpenCV's planar calibration (Zhang 2000), one camera at a time.
+From OpenCV's planar calibration (Zhang 2000), one camera at a time; where the field of view is so wide that this fails,
+from a fisheye.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sixthlink.calibrate.fisheye_start import guessed_fisheye
 from sixthlink.calibrate.rig_refinement import unseen_lens
 from sixthlink.calibrate.target_poses import MINIMUM_POINTS, locate_targets
 from sixthlink.camera import Camera, CameraRig, rays_from_pixels
@@ -23,6 +25,9 @@ FEWEST_VIEWS = 3
 
 OUTLIER_FACTOR, OUTLIER_FLOOR_PX = 4.0, 0.1
 """A view is refused when its RMS exceeds both this multiple of the median and this many pixels."""
+
+WELL_EXPLAINED_PX, FAR_BETTER = 0.3, 0.5
+"""A pinhole lens that leaves more than this gives way to a fisheye that leaves less than this share of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +85,24 @@ def beyond_reason(rms_px: float, median_px: float) -> str:
 
 
 def _calibrated(
+    description: CameraDescription, points_m: Floats, seen: Detections, shots: list[int]
+) -> tuple[Camera, Floats]:
+    """The first lens and the RMS of each view per coordinate [pixel]."""
+    try:
+        camera, per_view = _pinhole(description, points_m, seen, shots)
+    except CalibrationError:
+        wide = guessed_fisheye(description, points_m, seen, shots)
+        if wide is None:
+            raise
+        return wide
+    if np.median(per_view) > WELL_EXPLAINED_PX:
+        wide = guessed_fisheye(description, points_m, seen, shots)
+        if wide is not None and np.median(wide[1]) < FAR_BETTER * np.median(per_view):
+            return wide
+    return camera, per_view
+
+
+def _pinhole(
     description: CameraDescription, points_m: Floats, seen: Detections, shots: list[int]
 ) -> tuple[Camera, Floats]:
     """OpenCV's answer with k1, k2, p1, p2 and the RMS of each view per coordinate [pixel].

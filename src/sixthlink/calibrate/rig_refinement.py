@@ -18,7 +18,7 @@ __all__ = ["RigFit", "RigProblem", "prior_information", "refine_rig", "unseen_le
 
 ITERATIONS = 60
 
-LEAST_EIGENVALUE = 1e-13
+LEAST_EIGENVALUE = 1e-15
 """Below this eigenvalue of the scaled normal matrix a direction of the lenses is lost in rounding."""
 
 

@@ -1,7 +1,11 @@
 """Lens and camera models, the rig that is the head, and triangulation. Knows nothing of robots."""
 
 from sixthlink.camera.camera import (
+    FISHEYE,
+    FISHEYE_TERMS,
+    LENS_MODELS,
     LENS_NAMES,
+    PINHOLE,
     PLAIN_TERMS,
     Camera,
     camera_with_lens,
@@ -15,7 +19,11 @@ from sixthlink.camera.rig_jacobian import RigUnknowns, moved_rig, rig_pixels, un
 from sixthlink.camera.triangulation import triangulate
 
 __all__ = [
+    "FISHEYE",
+    "FISHEYE_TERMS",
+    "LENS_MODELS",
     "LENS_NAMES",
+    "PINHOLE",
     "PLAIN_TERMS",
     "Camera",
     "CameraRig",

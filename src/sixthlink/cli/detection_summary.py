@@ -56,7 +56,7 @@ def detection_summary(r: ImageReport, files: Mapping[str, str]) -> str:
             line += f", {camera['rms_px']:.4f} px RMS residual"
         if camera["std"] is not None:
             fx, std = camera["lens"]["fx"], camera["std"]["fx"]
-            line += f"; focal length {fx:.2f} ± {std:.2f} px ({100 * std / fx:.2f} %)"
+            line += f"; {camera['model']}, focal length {fx:.2f} ± {std:.2f} px ({100 * std / fx:.2f} %)"
         lines.append(line)
     if r.cameras is not None:
         lines += [
@@ -94,6 +94,7 @@ def _cameras(r: ImageReport) -> Iterator[dict[str, Any]]:
             "sigma_px": float(np.sqrt(np.mean(r.detections.sigmas_px[rows] ** 2))) if rows.any() else 0.0,
             "rms_px": None if evidence is None else evidence.rms_px,
             "calibrated": calibrated,
+            "model": None if lens is None else lens.model,
             "lens": None if lens is None else dict(zip(LENS_NAMES, lens_vector(lens).tolist(), strict=True)),
             "std": dict(zip(LENS_NAMES, evidence.std.tolist(), strict=True)) if evidence and calibrated else None,
         }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sixthlink.camera import Camera
+from sixthlink.camera import FISHEYE, FISHEYE_TERMS, Camera
 from sixthlink.files.recording_schema import (
     TARGET_POSES,
     CameraSection,
@@ -86,14 +86,7 @@ def _camera(sections: Sections, name: str, head: HeadSection, length_m: float | 
     width_px, height_px = section.image_size_px
     camera = None
     if isinstance(section.intrinsics, IntrinsicsSection):
-        given = section.intrinsics
-        camera = Camera(
-            width_px,
-            height_px,
-            np.array(given.focal_px),
-            np.array(given.centre_px),
-            np.array(given.distortion),
-        )
+        camera = _intrinsics(sections, keys, section.intrinsics, (width_px, height_px))
     T_camera_head = None
     if head.reference == name:
         if section.pose is not None:
@@ -105,6 +98,20 @@ def _camera(sections: Sections, name: str, head: HeadSection, length_m: float | 
     elif isinstance(section.pose, PoseSection):
         T_camera_head = _matrix(sections, (*keys, "pose", "T_camera_head"), section.pose.T_camera_head, length_m)
     return CameraDescription(name, width_px, height_px, camera, T_camera_head)
+
+
+def _intrinsics(sections: Sections, keys: Keys, given: IntrinsicsSection, size_px: tuple[int, int]) -> Camera | None:
+    """The camera as given, if its terms are those of its lens model."""
+    fisheye, terms = given.model == FISHEYE, len(given.distortion)
+    if fisheye != (terms == len(FISHEYE_TERMS)):
+        expected = ", ".join(FISHEYE_TERMS) if fisheye else "5, 8 or 12: k1, k2, p1, p2, k3, ..."
+        cure = "leave p1 and p2 out" if fisheye else 'write "model: fisheye" for a fisheye, or 0 for missing terms'
+        what = f"has {terms} terms for a {given.model} lens"
+        add_finding(sections, (*keys, "intrinsics", "distortion"), what, expected, cure)
+        return None
+    return Camera(
+        *size_px, np.array(given.focal_px), np.array(given.centre_px), np.array(given.distortion), given.model
+    )
 
 
 def _nominal(sections: Sections, section: HeadSection, length_m: float | None) -> Floats | None:

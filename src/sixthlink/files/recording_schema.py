@@ -20,6 +20,7 @@ from pydantic import (
     create_model,
 )
 
+from sixthlink.camera import LENS_MODELS, PINHOLE
 from sixthlink.files.schema_findings import UNION_TAG, one_of
 from sixthlink.geometry import ORIENTATIONS
 from sixthlink.recording import MOUNTS
@@ -78,6 +79,7 @@ EXAMPLES = {
     "head.cameras.*.intrinsics.focal_px": "focal_px: [4900, 4900]",
     "head.cameras.*.intrinsics.centre_px": "centre_px: [1225.5, 1027.5]",
     "head.cameras.*.intrinsics.distortion": "distortion: [0, 0, 0, 0, 0]",
+    "head.cameras.*.intrinsics.model": "model: fisheye",
     "head.cameras.*.pose": "pose: calibrate",
     "head.cameras.*.pose.T_camera_head": "T_camera_head: four rows of four numbers",
     "head.nominal": "nominal: {T_flange_head: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 150], [0, 0, 0, 1]]}",
@@ -160,14 +162,16 @@ class RobotSection(_Section):
 def _terms(value: Any) -> Any:
     from pydantic_core import PydanticCustomError
 
-    if isinstance(value, list) and len(value) not in {5, 8, 12}:
-        raise PydanticCustomError("one_of", "{expected}", {"expected": "a list of 5, 8 or 12", "cure": ""})
+    if isinstance(value, list) and len(value) not in {4, 5, 8, 12}:
+        expected = "a list of 5, 8 or 12, or of 4 with model: fisheye"
+        raise PydanticCustomError("one_of", "{expected}", {"expected": expected, "cure": ""})
     return value
 
 
 class IntrinsicsSection(_Section):
     """Intrinsics of one camera."""
 
+    model: Annotated[str, BeforeValidator(one_of(LENS_MODELS))] = PINHOLE
     focal_px: Annotated[list[Positive], Field(min_length=2, max_length=2)]
     centre_px: Annotated[list[float], Field(min_length=2, max_length=2)]
     distortion: Annotated[list[float], BeforeValidator(_terms)]

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from sixthlink.camera import Camera
+from sixthlink.camera import PINHOLE, Camera
 from sixthlink.errors import Finding, InputError
 from sixthlink.files.atomic import atomic_write_text
 from sixthlink.files.pixels_table import pixels_text
@@ -123,8 +123,9 @@ def _camera(camera: CameraDescription, is_reference: bool) -> dict[str, Any]:
     return written
 
 
-def _intrinsics(camera: Camera) -> dict[str, list[float]]:
+def _intrinsics(camera: Camera) -> dict[str, Any]:
     return {
+        **({"model": camera.model} if camera.model != PINHOLE else {}),
         "focal_px": camera.focal_px.tolist(),
         "centre_px": camera.centre_px.tolist(),
         "distortion": list(camera.written_distortion),

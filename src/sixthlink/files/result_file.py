@@ -203,6 +203,7 @@ def _cameras_as_list(calibration: Calibration) -> list[dict[str, Any]]:
             "image_size_px": [camera.width_px, camera.height_px],
             "focal_px": camera.focal_px.tolist(),
             "centre_px": camera.centre_px.tolist(),
+            "model": camera.model,
             "distortion": list(camera.written_distortion),
             "T_camera_head": T.tolist(),
             "evidence": {
@@ -226,6 +227,7 @@ def _rig_from_list(entries: list[Mapping[str, Any]]) -> CameraRig | None:
             focal_px=entry["focal_px"],
             centre_px=entry["centre_px"],
             distortion=entry["distortion"],
+            model=entry["model"],
         )
         for entry in entries
     )

@@ -22,6 +22,7 @@ def write_truth(path: Path, cell: SimulatedCell) -> None:
                 "name": name,
                 "focal_px": camera.focal_px.tolist(),
                 "centre_px": camera.centre_px.tolist(),
+                "model": camera.model,
                 "distortion": list(camera.written_distortion),
                 "T_camera_head": T.tolist(),
             }

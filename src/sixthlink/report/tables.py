@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sixthlink.calibrate import Calibration, CameraEvidence, ShotEvidence
-from sixthlink.camera import LENS_NAMES, PLAIN_TERMS, Camera, lens_vector
+from sixthlink.camera import LENS_NAMES, PINHOLE, PLAIN_TERMS, Camera, lens_vector
 from sixthlink.measure import LengthCheck, statistics
 from sixthlink.report.quantities import DASH, NOT_OBSERVED, fixed, millimetres, pixels, significant, with_std
 from sixthlink.units import DEG, MM
@@ -141,6 +141,7 @@ def camera_table(calibration: Calibration) -> Table:
     columns = [_camera_column(c, e, terms) for c, e in zip(rig.cameras, calibration.cameras, strict=True)]
     whats = (
         "image",
+        "lens model",
         "numbers",
         "fx",
         "fy",
@@ -170,7 +171,7 @@ def _rms(values: Sequence[float]) -> float:
 def _shown_terms(cameras: Sequence[Camera]) -> list[int]:
     """Terms of distortion that the page shows, by their place in ``LENS_NAMES``: those that are usual or not zero."""
     used = np.any([c.distortion != 0.0 for c in cameras], axis=0)
-    used[:PLAIN_TERMS] = True
+    used[:PLAIN_TERMS] |= any(c.model == PINHOLE for c in cameras)
     return (4 + np.flatnonzero(used)).tolist()
 
 
@@ -182,4 +183,4 @@ def _camera_column(camera: Camera, evidence: CameraEvidence, terms: Sequence[int
     for k, value, std in zip(rows, values[rows].tolist(), evidence.std[rows].tolist(), strict=True):
         held = " fixed" if evidence.calibrated and std == 0.0 else ""
         cells.append(with_std(float(value), float(std), *(("px", 3) if k < 4 else ("", 6))) + held)
-    return (size, origin, *cells, pixels(evidence.rms_px) if evidence.calibrated else DASH)
+    return (size, camera.model, origin, *cells, pixels(evidence.rms_px) if evidence.calibrated else DASH)

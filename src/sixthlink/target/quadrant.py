@@ -2,8 +2,8 @@
 
 Its centre is a saddle of the grey values at every scale below the disc's size. So the image is searched at a few
 scales for strong saddles, and each candidate has to show what only the mark shows: on growing circles around it two
-bright and two dark quarters, facing each other. The largest such circle tells the size of the disc. The search goes from
-small images to large ones, and ends where a larger one could only show what is too small to be a rival.
+bright and two dark quarters, facing each other. The largest such circle tells the size of the disc. The search goes
+from small images to large ones, and ends where a larger one could only show what is too small to be a rival.
 """
 
 from __future__ import annotations
