@@ -22,10 +22,10 @@ from sixthlink.calibrate import (
     locate_targets,
     problem_of_recording,
 )
-from sixthlink.calibrate.half_turns import half_turn_transform, opposite_readings
 from sixthlink.calibrate.head import HeadProblem, head_problem, objective, scatter, solve_certified
 from sixthlink.calibrate.head.closed_form import CLOSED_FORMS
 from sixthlink.calibrate.head.compare import LIKELIEST, heldout_errors, solvers
+from sixthlink.calibrate.turns import readings, turn_transforms
 from sixthlink.detect import detect
 from sixthlink.files import image_reader, read_recording
 from sixthlink.geometry import Floats
@@ -43,16 +43,12 @@ DRAWS = 2000
 def from_images_alone(recording: Recording, cameras: RigCalibration) -> HeadProblem:
     """The shots with the lens as the images alone determine it."""
     target = recording.target
-    found = locate_targets(cameras.rig, target.points_m, cameras.detections, recording.ids, half_turn=target.half_turn)
+    found = locate_targets(cameras.rig, target.points_m, cameras.detections, recording.ids, turn=target.turn)
     placements = np.zeros(len(found.shots), dtype=np.int64)
     flanges = flange_poses_of(recording)[found.shots]
     problem = head_problem(recording.mount, flanges, found.Ts_head_target, placements)
-    if target.half_turn is None:
-        return problem
-    H = half_turn_transform(target.points_m, target.half_turn)
-    turned = opposite_readings(problem, H)[:, None, None]
-    inner = np.where(turned, problem.Ts_inner @ H, problem.Ts_inner)
-    return HeadProblem(problem.Ts_outer, inner, placements)
+    renamed = turn_transforms(target.points_m, target.turn)
+    return HeadProblem(problem.Ts_outer, problem.Ts_inner @ renamed[readings(problem, renamed)], placements)
 
 
 def scatter_text(problem: HeadProblem, length_m: float) -> str:

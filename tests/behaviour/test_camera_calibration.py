@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sixthlink.calibrate import calibrate_rig
+from sixthlink.calibrate import calibrate_rig, cameras
 from sixthlink.calibrate.fisheye_start import FISHEYE_FREE
 from sixthlink.camera import (
     LENS_NAMES,
@@ -20,7 +20,7 @@ from sixthlink.camera import (
 )
 from sixthlink.errors import CalibrationError, TooFewShotsError
 from sixthlink.recording import CameraDescription, Detections, Head, Recording
-from sixthlink.target import Chessboard
+from sixthlink.target import Chessboard, turn_names
 
 NOISE = 0.05
 SIZE = (1200, 960)
@@ -176,9 +176,39 @@ def test_the_noise_is_read_from_the_residuals(result):
     assert result.stereo_rms_px < result.noise_px, "the fitted parameters take their share"
 
 
-def test_opencvs_joint_stereo_calibration_agrees(case):
+def unequal(case, more, seed=1):
+    """The same views, one of five seen ten times as sharply, all off by ``more`` pixels beyond what is stated."""
+    exact = rehearsal(len(case.Ts_head_target), noise=0.0).detections
+    sigmas = np.where(exact.shots % 5 == 0, 0.1 * NOISE, NOISE)
+    size = np.hypot(sigmas, more)[:, None]
+    off = size * np.random.default_rng(seed).standard_normal(exact.pixels.shape)
+    return replace(exact, pixels=exact.pixels + off, sigmas_px=sigmas)
+
+
+def test_stated_noise_that_says_it_all_is_believed(case):
+    d = unequal(case, 0.0)
+    result = calibrate_rig(case.recording, d)
+    assert result.detections.sigmas_px == pytest.approx(d.sigmas_px, rel=0.1)
+    assert result.noise_ratio == pytest.approx(1.0, abs=0.05)
+
+
+def test_sharp_views_do_not_outweigh_where_something_else_is_wrong(case):
+    """A board that is bent or misprinted is so in sharp views too: all views count nearly alike."""
+    d = unequal(case, 20.0 * NOISE)
+    result = calibrate_rig(case.recording, d)
+    alike = calibrate_rig(case.recording, replace(d, sigmas_px=np.full(len(d), NOISE)))
+    assert result.detections.sigmas_px == pytest.approx(20.0 * NOISE, rel=0.05)
+    assert result.stated_px == pytest.approx(float(np.sqrt(np.mean(d.sigmas_px**2))))
+    stds = np.sqrt(np.diag(alike.covariance))
+    assert (np.abs(parameters(result) - parameters(alike)) < 0.05 * stds).all()
+    assert np.sqrt(np.diag(result.covariance)) == pytest.approx(stds, rel=0.05)
+
+
+def test_opencvs_joint_stereo_calibration_agrees(case, monkeypatch):
+    """Without what is known of lenses beforehand, of which OpenCV knows nothing."""
+    monkeypatch.setattr(cameras, "LENS_PRIOR", {})
     d = case.detections
-    result = calibrate_rig(case.recording, outweighing(d))
+    result = calibrate_rig(case.recording, d)
     views = [[d.pixels[(d.shots == s) & (d.cameras == c)].astype(np.float32) for s in range(14)] for c in (0, 1)]
     boards = [BOARD.points_m.astype(np.float32)] * 14
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 300, 1e-14)
@@ -345,15 +375,18 @@ def test_shots_that_one_camera_missed_still_count(case, result):
     assert np.abs(partly.rig.Ts_camera_head[1] - result.rig.Ts_camera_head[1]).max() < 1e-3
 
 
-def test_a_symmetric_board_read_from_opposite_ends_is_put_right():
-    case = rehearsal(target=SYMMETRIC)
+@pytest.mark.parametrize("target", [SYMMETRIC, Chessboard(6, 6, 0.03)], ids=["half turn", "quarter turn"])
+def test_a_symmetric_board_read_from_different_ends_is_put_right(target):
+    case = rehearsal(target=target)
     d = case.detections
-    upside_down = (d.cameras == 1) & np.isin(d.shots, [1, 4, 5, 9])
-    mixed = replace(d, points=np.where(upside_down, SYMMETRIC.half_turn[d.points], d.points))
+    names = turn_names(target.turn, len(target.points_m))
+    turns = np.zeros(14, dtype=int)
+    turns[[1, 4, 5, 9]] = np.array([1, -1, 2, 3]) % len(names)
+    mixed = replace(d, points=np.where(d.cameras == 1, names[turns[d.shots], d.points], d.points))
     straight, result = (calibrate_rig(case.recording, seen) for seen in (d, mixed))
     assert result.rejections == ()
     assert np.array_equal(result.detections.points, d.points)
-    assert np.abs(result.rig.Ts_camera_head[1] - straight.rig.Ts_camera_head[1]).max() < 1e-9
+    assert np.abs(result.rig.Ts_camera_head[1] - straight.rig.Ts_camera_head[1]).max() < 1e-8
 
 
 def test_marks_of_the_length_standard_play_no_part(case, result):

@@ -40,7 +40,7 @@ def found(target, image):
 def test_points_are_opencvs():
     board = printed()[0]
     assert np.abs(BOARD.points_m - np.asarray(board.getChessboardCorners())).max() < 1e-7
-    assert BOARD.half_turn is None
+    assert BOARD.turn is None
 
 
 def test_every_corner_has_its_name_and_its_place(seen, image):

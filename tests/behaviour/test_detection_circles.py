@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from sixthlink.camera import Camera
 from sixthlink.simulate.optics import sensor_positions
 from sixthlink.simulate.render import Exposure, render_target
-from sixthlink.target import AsymmetricCircleGrid, CircleGrid, DotGrid, Drawing, Found, NotFound
+from sixthlink.target import AsymmetricCircleGrid, CircleGrid, DotGrid, Drawing, Found, NotFound, turn_names
 
 CIRCLES = CircleGrid(9, 7, 0.02, 0.010)
 ASYMMETRIC = AsymmetricCircleGrid(4, 11, 0.015, 0.012)
@@ -87,11 +87,9 @@ def refused(target, image):
 
 
 def errors(target, answer, middles):
-    """Errors under the names given, or under those after half a turn where these are as good."""
-    off = answer.pixels - middles[answer.points]
-    if target.half_turn is not None and np.abs(off).max() > 1.0:
-        off = answer.pixels - middles[target.half_turn][answer.points]
-    return off
+    """Errors under the names given, or under those after a turn where these are as good."""
+    names = turn_names(target.turn, len(middles))
+    return min((answer.pixels - middles[name][answer.points] for name in names), key=lambda off: np.abs(off).max())
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -316,14 +314,14 @@ def test_the_large_dot_of_ros_industrial_is_the_lower_left_and_its_y_goes_up():
     "target", [CIRCLES, AsymmetricCircleGrid(4, 8, 0.015, 0.012), AsymmetricCircleGrid(5, 6, 0.015, 0.012)]
 )
 def test_half_a_turn_is_a_motion_of_the_grid(target):
-    turn = target.half_turn
+    turn = target.turn
     assert np.array_equal(turn[turn], np.arange(len(turn)))
     assert np.ptp(target.points_m + target.points_m[turn], axis=0).max() < 1e-15, "every pair has one midpoint"
 
 
-def test_ends_that_differ_have_no_half_turn():
-    assert ASYMMETRIC.half_turn is None
-    assert DOTS.half_turn is None
+def test_ends_that_differ_have_no_turn():
+    assert ASYMMETRIC.turn is None
+    assert DOTS.turn is None
     x, y, _ = ASYMMETRIC.points_m.T
     turned = {(round(a, 6), round(b, 6)) for a, b in zip(x.max() - x, y.max() - y, strict=True)}
     assert turned != {(round(a, 6), round(b, 6)) for a, b in zip(x, y, strict=True)}

@@ -173,6 +173,6 @@ def test_boards_that_cannot_exist_are_refused(change, words):
 
 
 def test_what_it_says_of_itself():
-    assert EVEN.half_turn is None
+    assert EVEN.turn is None
     assert not EVEN.circle_radii_m.any()
     assert np.allclose(EVEN.points_m[9], [0.02, 0.02, 0.0])

@@ -104,7 +104,7 @@ def test_charuco_without_the_half_pixel_of_older_detectors():
     recording, detections, corners = walked("rosi_charuco_static_camera")
     assert len(detections) == 9 * 24, "every corner of every image"
     apart = differences(recording, detections, corners)
-    assert apart.mean(axis=0) == pytest.approx([-0.5, -0.5], abs=0.03)
+    assert apart.mean(axis=0) == pytest.approx([-0.5, -0.5], abs=0.04), "uneven light pulls theirs by up to 0.03"
     assert apart.std(axis=0).max() < 0.1
     _, rms = report("rosi", calibrate_rig(recording, detections))
     assert rms < 0.55

@@ -89,11 +89,11 @@ def test_corrected_middles_are_where_the_discs_middles_are_seen():
         T, found = seen(shot, 0.6)
         rig = CameraRig(("camera",), (CAMERA,), np.eye(4)[None])
         detections = table(0, found)
-        right = with_disc_centres(rig, GRID.points_m, GRID.circle_radii_m, detections, ("s",), half_turn=GRID.half_turn)
+        right = with_disc_centres(rig, GRID.points_m, GRID.circle_radii_m, detections, ("s",), turn=GRID.turn)
         true = sensor_positions(CAMERA, transform_points(T, GRID.points_m))
         naming = found.points
         if np.abs(found.pixels - true[naming]).max() > 5.0:  # read from the other end
-            naming = GRID.half_turn[naming]
+            naming = GRID.turn[naming]
         before.append(found.pixels - true[naming])
         after.append(right.pixels - true[naming])
     rms = [float(np.sqrt(np.mean(np.concatenate(e) ** 2))) for e in (before, after)]
@@ -141,7 +141,7 @@ def checked(which: str):
         ("left", "right"), tuple(c.camera for c in cameras), np.stack([np.eye(4), cameras[1].T_camera_head])
     )
     detections = with_disc_centres(
-        rig, ENSENSO.points_m, ENSENSO.circle_radii_m, joined(tables), ("s0",), half_turn=ENSENSO.half_turn
+        rig, ENSENSO.points_m, ENSENSO.circle_radii_m, joined(tables), ("s0",), turn=ENSENSO.turn
     )
     (check,) = stereo_checks(recorded(tables, ENSENSO, cameras), detections)
     return check

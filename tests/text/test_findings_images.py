@@ -65,7 +65,7 @@ def test_reasons(tmp_path: Path) -> None:
     assert reason(good, (40, 60)) == "good.png has 60 x 40 pixel, expected 40 x 60 as recording.yaml says"
     text = tmp_path / "text.png"
     text.write_text("hello")
-    assert reason(text) == "text.png is not an image in one of the formats PNG, JPEG, TIFF, BMP, PGM"
+    assert reason(text) == "text.png is not an image in one of the formats PNG, JPEG, TIFF, BMP, PGM, PPM"
     deep = saved(tmp_path / "deep.tiff", RAMP.astype(np.float32))
     assert reason(deep) == "deep.tiff has pixels of type float32; save it with 8 or 16 bit"
 

@@ -11,7 +11,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sixthlink.calibrate import Calibration, CameraEvidence, Certificate, Gate, SearchBox, SearchReport, ShotEvidence
+from sixthlink.calibrate import (
+    BoardEvidence,
+    Calibration,
+    CameraEvidence,
+    Certificate,
+    Gate,
+    SearchBox,
+    SearchReport,
+    ShotEvidence,
+)
 from sixthlink.camera import Camera, CameraRig
 from sixthlink.geometry import inverse, transform
 from sixthlink.measure import LengthCheck
@@ -89,7 +98,7 @@ def calibration(names: str = "") -> Calibration:
     T_left_head = transform(np.eye(3), np.array([0.2, 0.0, 0.0]))
     evidence = CameraEvidence(True, 6, 0.081, np.array([0.31, 0.32, 0.4, 0.41, 4e-4, 3e-3, 2e-5, 2e-5, 0.0]))
     shots = [
-        ShotEvidence(name, place, 1e-4 * (k + 1), 1e-5 * (k + 1), 0.06, 40, False)
+        ShotEvidence(name, place, 1e-4 * (k + 1), 1e-5 * (k + 1), 0.06, 40, 0)
         for k, (name, place) in enumerate(zip(of.ids, of.placements, strict=True))
     ]
     T_base_target = transform(np.diag([1.0, -1.0, -1.0]), np.array([0.9, 0.1, 0.2]))
@@ -362,17 +371,26 @@ def test_images_become_small_and_keep_their_light() -> None:
     assert small[:, 340:].mean() == pytest.approx(255, abs=4)
 
 
+def test_what_is_known_of_the_target_is_told() -> None:
+    board = BoardEvidence(1.0004, 0.0002, 3.7e-4, 5.8e-5, 1.2e-3, np.deg2rad(0.087))
+    text = shown(board=board, print_sigma_m=5e-6)
+    assert "1.00040 ± 0.00020 times the declared one, by the robot's motion" in text
+    assert "0.370 ± 0.058 mm found in the images and corrected; taken as flat, the head would be 1.200 mm and" in text
+    assert "0.0050 mm one sigma per coordinate" in text
+    assert "found in the images and corrected" not in shown()
+
+
 def test_a_turned_reading_is_drawn_from_the_right_end() -> None:
     symmetric = Chessboard(5, 3, 0.02)
     of = replace(recording(), target=symmetric)
     count = len(symmetric.points_m)
     pixels = 100.0 + 3000.0 * symmetric.points_m[:, :2]
     seen = Detections(np.zeros(count), np.zeros(count), np.arange(count), pixels, np.full(count, 0.05))
-    turned = replace(calibration(), shots=(replace(calibration().shots[0], half_turned=True),))
+    turned = replace(calibration(), shots=(replace(calibration().shots[0], turns=1),))
     page = report_page(turned, recording=of, detections=seen)
     ring = next(e for e in ET.fromstring(page).iter("circle") if e.get("class") == "origin")
     assert (float(ring.get("cx", "0")), float(ring.get("cy", "0"))) == (340.0, 220.0)
-    assert "read from the other end" in words(page)
+    assert "read from another end" in words(page)
 
 
 def test_no_number_is_ever_nan() -> None:

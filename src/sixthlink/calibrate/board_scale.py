@@ -27,6 +27,9 @@ STANDARD_DEVIATIONS, SMALLEST = 4.0, 0.005
 TOLD = 0.02
 """Standard deviation beyond which the motion says nothing of the size."""
 
+MIRRORED = -0.5
+"""A mirrored picture of a board without numbers is one of a board behind the camera: its scale is about -1."""
+
 
 @dataclass(frozen=True)
 class BoardScale:
@@ -48,7 +51,9 @@ class BoardScale:
 
 def board_gate(found: BoardScale) -> Gate:
     """Whether the board is as large as declared."""
-    figure = f"by the robot's motion the board is {found.scale:.4f} ± {found.std:.4f} times as large as declared"
+    figure = f"by the robot's motion the board is {found.scale:.5f} ± {found.std:.5f} times as large as declared"
+    if found.scale < MIRRORED:
+        return Gate("board as large as declared", False, f"{figure}: the images are mirrored; turn off flipping")
     if found.std > TOLD:
         figure += ": the motion says nothing of its size"
     if found.wrong:

@@ -107,7 +107,7 @@ class ShotEvidence:
         rotation_rad: Angle of its target pose to the placement's mean [rad].
         rms_px: RMS pixel residual of its target pose [pixel]; 0 when poses were recorded instead of pixels.
         points: Number of points seen; 0 when poses were recorded.
-        half_turned: Whether a symmetric target was read from its other end in this shot.
+        turns: Turns by which the names of a symmetric target's points were turned in this shot.
     """
 
     shot: str
@@ -116,7 +116,7 @@ class ShotEvidence:
     rotation_rad: float
     rms_px: float
     points: int
-    half_turned: bool
+    turns: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +153,7 @@ class Calibration:
         board: What the recording says of the board itself.
         tracker_points: Points of a laser tracker that entered the same problem; 0 without a tracker.
         scale_shots: Names of the shots of scale bars that the estimate used.
+        notes: What a user should know of the image files.
     """
 
     recording: str
@@ -182,6 +183,7 @@ class Calibration:
     tracker_points: int = 0
     board: BoardEvidence = BoardEvidence()
     scale_shots: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "X", frozen_floats(self.X, (4, 4), "X"))

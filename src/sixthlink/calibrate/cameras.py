@@ -6,6 +6,9 @@ prior about zero as wide as lenses are built: where the images say much it does 
 superfluous term stays small instead of bending the image outside the corners, and the covariance knows both. None of
 the usual terms is dropped: leaving out what is not quite zero would bias the others by many of their own standard
 deviations.
+
+What the residuals show beyond the noise that the detector states has its share in the weights
+(:mod:`sixthlink.calibrate.unexplained`).
 """
 
 from __future__ import annotations
@@ -16,20 +19,22 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.calibrate.board_shape import board_shape
-from sixthlink.calibrate.calibration import CameraEvidence
 from sixthlink.calibrate.disc_centres import with_disc_centres
 from sixthlink.calibrate.fisheye_start import FISHEYE_FREE
 from sixthlink.calibrate.lens_choice import lens_choice
+from sixthlink.calibrate.lens_evidence import camera_evidence, refuse_uncertain_focal
 from sixthlink.calibrate.lens_start import LensStart, beyond_reason, start_lens, view_poses, views_beyond
 from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
 from sixthlink.calibrate.rig_calibration import RigCalibration
-from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig, unseen_lens
+from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig
 from sixthlink.calibrate.rig_start import refusals_of, rejections_of, start_pose, without
+from sixthlink.calibrate.unexplained import weighed
 from sixthlink.camera import FISHEYE, LENS_NAMES, PLAIN_TERMS, Camera, CameraRig, RigUnknowns
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent
 from sixthlink.recording import BOARD_KINDS, Detections, Recording, Rejection, joined, selected, shots_of_kind
+from sixthlink.target import turn_names
 
 __all__ = ["calibrate_rig"]
 
@@ -42,8 +47,7 @@ LENS_PRIOR = {"k2": 0.3, "p1": 5e-4, "p2": 5e-4, "k3": 0.3}
 LENS_PRIOR |= {"k4": 0.5, "k5": 0.5, "k6": 0.5, "s1": 2e-3, "s2": 2e-3, "s3": 2e-3, "s4": 2e-3}
 """Standard deviations of lens terms about zero, as lenses are built; k1 and what the pinhole knows are left alone."""
 
-LARGEST_FOCAL_SHARE = 0.05
-"""A focal length less certain than this share of itself is no result: the views hardly tilt."""
+Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,23 +93,26 @@ def calibrate_rig(
         kept = {s: T for s, T in start.Ts_head_target.items() if s not in refused}
         start = replace(start, Ts_head_target=kept, detections=without(start.detections, set(refused)))
         shots, problem, fit = _refined(recording, start, free_lens)
-    models, problem, fit = lens_choice(problem, fit)
+    stated_px = problem.sigmas_px
+    models, problem, fit = lens_choice(*weighed(problem, fit, stated_px))
+    problem, fit = weighed(problem, fit, stated_px)
     target = recording.target
     shape = None if flat else board_shape(problem, fit, target.points_m)
     points_m = target.points_m
     if shape is not None:
         bend, problem, fit = shape
+        problem, fit = weighed(problem, fit, stated_px)
         points_m = points_m + np.column_stack([np.zeros((len(points_m), 2)), bend.heights_m])
     # A target that may have been read from either end has no corner that is surely the same in all shots.
-    found = print_errors(problem, fit) if target.half_turn is None else None
+    found = print_errors(problem, fit) if target.turn is None else None
     points_m = _corrected(points_m, found)
     problem = replace(problem, points_target=points_m[problem.points])
     if found is not None:
         fit = believed(problem, refine_rig(problem, fit.rig, fit.Ts_head_target), found)
-    _refuse_uncertain_focal(fit, problem)
+    refuse_uncertain_focal(problem, fit)
     listener.step(STAGE, 4, 4)
     return replace(
-        _result(start, problem, fit, ~given),
+        _result(start, problem, fit, ~given, stated_px),
         points_m=points_m,
         print_sigma_m=found.sigma_m if found else 0.0,
         shape=None if shape is None else shape[0],
@@ -118,16 +125,15 @@ def _start(recording: Recording, detections: Detections, listener: Progress) -> 
     target = recording.target
     assert target is not None  # noqa: S101 - the caller made sure
     wanted = shots_of_kind(recording, "calibrate")
-    points_m, half_turn = target.points_m, target.half_turn
+    points_m, turn = target.points_m, target.turn
     cameras, poses, single = _lenses(recording, points_m, detections, wanted)
     listener.step(STAGE, 1, 4)
     Ts_camera_head, pairs = [np.eye(4)], []
     reference = recording.head.cameras[0].name
     for c, description in enumerate(recording.head.cameras[1:], start=1):
         pair = (reference, description.name)
-        between = start_pose(pair, poses[0], poses[c], points_m, half_turn, description.T_camera_head)
-        if half_turn is not None:
-            detections = _turned(detections, between.turned, c, half_turn)
+        between = start_pose(pair, poses[0], poses[c], points_m, turn, description.T_camera_head)
+        detections = _turned(detections, between.turned, c, turn_names(turn, len(points_m)))
         Ts_camera_head.append(between.T_camera_head)
         pairs.append(between)
     refusals = refusals_of(single, pairs)
@@ -167,10 +173,12 @@ def _seen(detections: Detections, shots: Ints, camera: int) -> Detections:
     return _rows(detections, np.flatnonzero(rows), detections.points[rows])
 
 
-def _turned(detections: Detections, shots: tuple[int, ...], camera: int, half_turn: Ints) -> Detections:
-    """Detections in which one camera names the points of some shots from the other end."""
-    rows = np.isin(detections.shots, shots) & (detections.cameras == camera)
-    points = np.where(rows, half_turn[np.where(rows, detections.points, 0)], detections.points)
+def _turned(detections: Detections, turned: dict[int, int], camera: int, names: Ints) -> Detections:
+    """Detections in which one camera's names in some shots are turned."""
+    points = detections.points.copy()
+    for shot, turns in turned.items():
+        rows = (detections.shots == shot) & (detections.cameras == camera)
+        points[rows] = names[turns, points[rows]]
     return _rows(detections, np.arange(len(points)), points)
 
 
@@ -178,7 +186,7 @@ def _rows(d: Detections, rows: Ints, points: Ints) -> Detections:
     return Detections(d.shots[rows], d.cameras[rows], points, d.pixels[rows], d.sigmas_px[rows])
 
 
-def _first_terms(given: npt.NDArray[np.bool_], start: _Start) -> npt.NDArray[np.bool_]:
+def _first_terms(given: Bools, start: _Start) -> Bools:
     """``(C, 16)`` lens terms that are free to begin with."""
     free = np.repeat(~given[:, None], len(LENS_NAMES), axis=1)
     free[:, LENS_NAMES.index("k4") :] = False
@@ -196,9 +204,7 @@ def _first_terms(given: npt.NDArray[np.bool_], start: _Start) -> npt.NDArray[np.
     return free
 
 
-def _refined(
-    recording: Recording, start: _Start, free_lens: npt.NDArray[np.bool_]
-) -> tuple[list[int], RigProblem, RigFit]:
+def _refined(recording: Recording, start: _Start, free_lens: Bools) -> tuple[list[int], RigProblem, RigFit]:
     """The refinement over all shots with a first pose: their indices, the problem and its answer."""
     assert recording.target is not None  # noqa: S101 - the caller made sure
     d = start.detections
@@ -235,7 +241,7 @@ def _with_disc_centres(recording: Recording, detections: Detections, rig: Camera
         target.circle_radii_m,
         selected(detections, boards),
         recording.ids,
-        half_turn=target.half_turn,
+        turn=target.turn,
     )
     return joined([corrected, selected(detections, ~boards)])
 
@@ -256,38 +262,19 @@ def _corrected(points_m: Floats, found: PrintErrors | None) -> Floats:
     return corrected
 
 
-def _lens_stds(problem: RigProblem, fit: RigFit) -> Floats:
-    """``(C, 16)`` standard deviations of the intrinsics; 0 where they are not free."""
-    lens = problem.unknowns.lens
-    stds = np.zeros(lens.shape)
-    stds[lens] = np.sqrt(np.diag(fit.covariance))[: np.count_nonzero(lens)]
-    return stds
-
-
-def _refuse_uncertain_focal(fit: RigFit, problem: RigProblem) -> None:
-    for name, camera, std in zip(fit.rig.names, fit.rig.cameras, _lens_stds(problem, fit), strict=True):
-        if (std[:2] > LARGEST_FOCAL_SHARE * camera.focal_px).any():
-            raise CalibrationError(
-                f"{unseen_lens(f' of camera {name!r}')} (focal length {camera.focal_px[0]:.0f} ± {std[0]:.0f} pixel)"
-            )
-
-
-def _result(start: _Start, problem: RigProblem, fit: RigFit, calibrated: npt.NDArray[np.bool_]) -> RigCalibration:
-    stds = _lens_stds(problem, fit)
-    evidence = []
-    for c in range(len(calibrated)):
-        rows = problem.cameras == c
-        rms = float(np.sqrt(np.mean(fit.residuals_px[rows] ** 2))) if rows.any() else 0.0
-        evidence.append(CameraEvidence(bool(calibrated[c]), len(np.unique(problem.slots[rows])), rms, stds[c]))
+def _result(start: _Start, problem: RigProblem, fit: RigFit, calibrated: Bools, stated_px: Floats) -> RigCalibration:
     seen = np.zeros((len(fit.Ts_head_target), len(calibrated)), dtype=bool)
     seen[problem.slots, problem.cameras] = True
     shared = (seen.sum(axis=1) > 1)[problem.slots]
+    unexplained_px = float(np.sqrt(problem.sigmas_px[0] ** 2 - stated_px[0] ** 2))
     return RigCalibration(
         rig=fit.rig,
-        cameras=tuple(evidence),
+        cameras=camera_evidence(problem, fit, calibrated),
         stereo_rms_px=float(np.sqrt(np.mean(fit.residuals_px[shared] ** 2))) if shared.any() else 0.0,
         noise_px=fit.noise_px,
-        detections=start.detections,
+        stated_px=float(np.sqrt(np.mean(stated_px**2))),
+        noise_ratio=fit.noise_px / float(np.sqrt(np.mean(problem.sigmas_px**2))),
+        detections=replace(start.detections, sigmas_px=np.hypot(start.detections.sigmas_px, unexplained_px)),
         rejections=tuple(start.rejections),
         unknowns=problem.unknowns,
         covariance=fit.covariance,

@@ -38,7 +38,7 @@ def with_disc_centres(
     detections: Detections,
     shot_ids: tuple[str, ...],
     *,
-    half_turn: Ints | None,
+    turn: Ints | None,
 ) -> Detections:
     """Detections in which ellipses' middles have become the images of the discs' middles.
 
@@ -48,11 +48,11 @@ def with_disc_centres(
         radii_m: ``(P,)`` their radii [m].
         detections: What was found in images of the target.
         shot_ids: Names of the recording's shots.
-        half_turn: As in :func:`~.target_poses.locate_targets`.
+        turn: As in :func:`~.target_poses.locate_targets`.
     """
     corrected = detections
     for _ in range(ROUNDS):
-        poses = locate_targets(rig, points_m, corrected, shot_ids, half_turn=half_turn)
+        poses = locate_targets(rig, points_m, corrected, shot_ids, turn=turn)
         shifts = np.zeros_like(detections.pixels)
         for shot, T_head_target in zip(poses.shots.tolist(), poses.Ts_head_target, strict=True):
             for c in range(len(rig.cameras)):

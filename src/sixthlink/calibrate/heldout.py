@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.heldout_error import HeldOut
 from sixthlink.calibrate.rig_calibration import RigCalibration
+from sixthlink.calibrate.turns import turn_transforms
 from sixthlink.calibrate.usable import located_targets
 from sixthlink.geometry import Floats, inverse, rotation_angle
 from sixthlink.recording import EYE_IN_HAND, Recording, Rejection, flange_poses_of, shots_of_kind
@@ -51,11 +51,9 @@ def held_out(
     Ts_base_flange = flange_poses_of(recording, arm=arm)[shots]
     Ts_stand_carrier = Ts_base_flange if recording.mount == EYE_IN_HAND else inverse(Ts_base_flange)
     expected = Ts_stand_target[[placements.index(recording.placements[s]) for s in shots]]
-    readings = [Ts_head_target]
-    if recording.target is not None and recording.target.half_turn is not None:
-        H = half_turn_transform(recording.target.points_m, recording.target.half_turn)
-        readings.append(Ts_head_target @ H)
-    misses = [inverse(expected) @ Ts_stand_carrier @ X @ Ts for Ts in readings]
+    target = recording.target
+    renamed = turn_transforms(target.points_m, target.turn) if target else np.eye(4)[None]
+    misses = [inverse(expected) @ Ts_stand_carrier @ X @ Ts_head_target @ T for T in renamed]
     angles = np.stack([rotation_angle(miss[:, :3, :3]) for miss in misses])
     best = np.argmin(angles, axis=0)
     chosen = np.stack(misses)[best, np.arange(len(shots))]

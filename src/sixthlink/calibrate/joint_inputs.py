@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.joint import HeadShots, JointData, repeatability_of
 from sixthlink.calibrate.marks import mark_points
 from sixthlink.calibrate.observations import MarkSightings, SocketDistances, carried
 from sixthlink.calibrate.rig_calibration import RigCalibration
+from sixthlink.calibrate.turns import turn_transforms
 from sixthlink.calibrate.usable import Usable
 from sixthlink.geometry import Floats
 from sixthlink.recording import EYE_TO_HAND, Recording, placement_indices, selected, shots_of_kind
 from sixthlink.robot import Arm
 
-__all__ = ["joint_data", "middle_of_target", "noise_ratio"]
+__all__ = ["joint_data", "middle_of_target"]
 
 
 def joint_data(
@@ -50,21 +50,16 @@ def joint_data(
 def _pixel_noise(recording: Recording, usable: Usable, cameras: RigCalibration) -> tuple[Floats, Floats]:
     """Covariances ``(S, 6, 6)`` of the poses from the noise that the images show, and their derivatives by the rig."""
     assert usable.targets is not None  # noqa: S101 - the caller made sure
-    covariances: Floats = np.asarray(np.linalg.inv(usable.targets.informations)) * noise_ratio(cameras) ** 2
+    covariances: Floats = np.asarray(np.linalg.inv(usable.targets.informations)) * cameras.noise_ratio**2
     by_lens = usable.targets.by_rig
-    if recording.target is not None and recording.target.half_turn is not None and usable.half_turned.any():
-        # A target read from its other end has its origin elsewhere: noise and derivative are carried there.
-        T_target_turned = half_turn_transform(recording.target.points_m, recording.target.half_turn)
-        levers = usable.targets.Ts_head_target[:, :3, :3] @ T_target_turned[:3, 3]
-        to_origin = carried(np.where(usable.half_turned[:, None], levers, 0.0))
+    if recording.target is not None and usable.turns.any():
+        # A target read from another end has its origin elsewhere: noise and derivative are carried there.
+        Ts_target_renamed = turn_transforms(recording.target.points_m, recording.target.turn)[usable.turns]
+        levers = usable.targets.Ts_head_target[:, :3, :3] @ Ts_target_renamed[:, :3, 3:]
+        to_origin = carried(levers[:, :, 0])
         covariances = to_origin @ covariances @ np.swapaxes(to_origin, 1, 2)
         by_lens = to_origin @ by_lens
     return covariances, by_lens
-
-
-def noise_ratio(cameras: RigCalibration) -> float:
-    """Noise of the pixels as the images show it, over what the detector states."""
-    return cameras.noise_px / float(np.sqrt(np.mean(cameras.detections.sigmas_px**2)))
 
 
 def _scale_bars(
@@ -87,7 +82,7 @@ def _scale_bars(
     sightings = MarkSightings(
         joints=recording.joints[shots],
         points_head=np.array([p.point_head for p in points]),
-        covariances=np.array([p.covariance for p in points]) * noise_ratio(cameras) ** 2,
+        covariances=np.array([p.covariance for p in points]) * cameras.noise_ratio**2,
         places=places,
         marks=np.array([p.mark for p in points], dtype=np.int64),
         repeatability_rad=repeatability_of(nominal),

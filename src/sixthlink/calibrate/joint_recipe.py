@@ -36,7 +36,8 @@ from sixthlink.calibrate.joint import (
     estimate_with_blocks,
     joint_evidence,
 )
-from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target, noise_ratio
+from sixthlink.calibrate.joint_inputs import joint_data, middle_of_target
+from sixthlink.calibrate.lens_evidence import lens_stds
 from sixthlink.calibrate.observations import covariances
 from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.scale_bars import scale_gates
@@ -248,9 +249,7 @@ def _with_evidence(cameras: RigCalibration | None, found: Estimate) -> RigCalibr
     cameras = _with_lens(cameras, found.fit.state.lens_step)
     at = found.problem.columns.lens_slice
     covariance = found.covariance[at, at]
-    lens = cameras.unknowns.lens
-    stds = np.zeros(lens.shape)
-    stds[lens] = np.sqrt(np.diag(covariance))[: np.count_nonzero(lens)]
+    stds = lens_stds(cameras.unknowns, covariance)
     evidence = tuple(replace(e, std=std) for e, std in zip(cameras.cameras, stds, strict=True))
     return replace(cameras, covariance=covariance, cameras=evidence)
 
@@ -259,7 +258,7 @@ def _in_pixels(noise: NoiseEvidence, cameras: RigCalibration | None) -> NoiseEvi
     """Noise of the pixels in pixels: as the images show it, beside what the detector states."""
     if noise.origin != "pixels" or cameras is None:
         return noise
-    return NoiseEvidence("pixels", "px", noise.size * cameras.noise_px, cameras.noise_px / noise_ratio(cameras))
+    return NoiseEvidence("pixels", "px", noise.size * cameras.noise_px, cameras.stated_px)
 
 
 def _head(found: Estimate) -> Floats:

@@ -37,7 +37,7 @@ STANDARD_ERRORS = 2.0
 BY_CHANCE = 1e-6
 """Chance of so much better a fit by needless terms, from which unseen views are asked."""
 
-EXPLAINED = 0.01
+EXPLAINED = 0.03
 """Share of the squared residuals that more terms must explain, in seen as in unseen views."""
 
 

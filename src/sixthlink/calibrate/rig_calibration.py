@@ -26,8 +26,10 @@ class RigCalibration:
         stereo_rms_px: RMS residual per coordinate over the shots that more than one camera saw [pixel]; 0 with
             one camera.
         noise_px: Standard deviation of a pixel coordinate, as the residuals show it [pixel].
-        detections: The detections as given, without refused views, and with a symmetric target named alike by all
-            cameras of a shot.
+        stated_px: The same, as the detector states it [pixel].
+        noise_ratio: ``noise_px`` over the deviations in ``detections`` [-].
+        detections: The detections without refused views, a symmetric target named alike by all cameras of a shot,
+            ellipses' middles corrected to those of discs, and in the deviations what the residuals leave unexplained.
         rejections: Views and shots that were refused, and why.
         unknowns: The G free parameters.
         covariance: ``(G, G)`` of these [pixel, -, m, rad].
@@ -41,6 +43,8 @@ class RigCalibration:
     cameras: tuple[CameraEvidence, ...]
     stereo_rms_px: float
     noise_px: float
+    stated_px: float
+    noise_ratio: float
     detections: Detections
     rejections: tuple[Rejection, ...]
     unknowns: RigUnknowns

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.lens_start import FEWEST_VIEWS
+from sixthlink.calibrate.turns import turn_transforms
 from sixthlink.errors import CalibrationError, TooFewShotsError
 from sixthlink.geometry import Floats, Ints, inverse, mean_transform, rotation_angle
 from sixthlink.recording import Detections, Rejection, selected
@@ -28,13 +28,13 @@ class PoseStart:
 
     Attributes:
         T_camera_head: ``(4, 4)`` pose of the head frame in the camera.
-        turned: Shots in which the camera read a symmetric target from the other end than the reference.
+        turned: Turns of a symmetric target by which the camera's names in a shot must be turned to be the reference's.
         exchanged: Reason per shot in which the two cameras' images look exchanged.
         refused: Reason per shot in which the two cameras contradict the majority in another way.
     """
 
     T_camera_head: Floats
-    turned: tuple[int, ...]
+    turned: dict[int, int]
     exchanged: dict[int, str]
     refused: dict[int, str]
 
@@ -44,7 +44,7 @@ def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over
     Ts_reference_target: dict[int, Floats],
     Ts_camera_target: dict[int, Floats],
     points_m: Floats,
-    half_turn: Ints | None,
+    turn: Ints | None,
     given: Floats | None,
 ) -> PoseStart:
     """Pose between two cameras that the majority of shots agrees on, or the given one, and who contradicts it.
@@ -54,7 +54,7 @@ def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over
         Ts_reference_target: ``T_reference_target`` per shot.
         Ts_camera_target: ``T_camera_target`` per shot.
         points_m: ``(P, 3)`` points of the target [m].
-        half_turn: Names of the points after half a turn, for a symmetric target.
+        turn: Names of the points after the least turn of a symmetric target.
         given: ``T_camera_head`` that the recording gives, or None.
 
     Raises:
@@ -63,7 +63,7 @@ def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over
     """
     shots = sorted(Ts_reference_target.keys() & Ts_camera_target.keys())
     if given is not None and not shots:
-        return PoseStart(given, (), {}, {})
+        return PoseStart(given, {}, {}, {})
     if given is None and len(shots) < FEWEST_VIEWS:
         raise TooFewShotsError(
             f"cameras {names[0]!r} and {names[1]!r} see the target together in {len(shots)} shots, expected at least "
@@ -71,10 +71,10 @@ def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over
             needed=FEWEST_VIEWS,
             usable=len(shots),
         )
-    turns = [np.eye(4)] if half_turn is None else [np.eye(4), half_turn_transform(points_m, half_turn)]
     reference = np.stack([Ts_reference_target[s] for s in shots])
     camera = np.stack([Ts_camera_target[s] for s in shots])
-    candidates = np.stack([camera @ turn @ inverse(reference) for turn in turns], axis=1)  # (S, K, 4, 4)
+    renamed = turn_transforms(points_m, turn)
+    candidates = np.stack([camera @ T @ inverse(reference) for T in renamed], axis=1)  # (S, K, 4, 4)
     reach_m = AGREEMENT_SHARE * reference[:, 2, 3]
     votes = candidates[:, 0] if given is None else given[None]
     agreeing = [_agreement(candidates, vote, reach_m) for vote in votes]
@@ -86,7 +86,7 @@ def start_pose(  # noqa: PLR0917 - the two cameras' views, the target twice over
     against = np.flatnonzero(choice < 0)
     swapped = {shots[k]: f"the images of {names[0]!r} and {names[1]!r} look exchanged" for k in against if exchanged[k]}
     refused = {shots[k]: _contradiction(names, candidates[k, 0], votes[best]) for k in against if not exchanged[k]}
-    turned = tuple(shots[k] for k in good if choice[k] == 1)
+    turned = {shots[k]: int(choice[k]) for k in good if choice[k]}
     T = given if given is not None else mean_transform(candidates[good, choice[good]])
     return PoseStart(T, turned, swapped, refused)
 

@@ -16,6 +16,7 @@ from scipy.special import fdtrc
 from sixthlink.camera import Camera, CameraRig, rays_from_pixels
 from sixthlink.geometry import Floats, Ints, hat, inverse
 from sixthlink.recording import Detections, Recording
+from sixthlink.target import turn_names
 
 __all__ = ["StereoCheck", "stereo_checks"]
 
@@ -76,7 +77,7 @@ def stereo_checks(recording: Recording, detections: Detections) -> tuple[StereoC
         rig = CameraRig(
             (cameras[0].name, other.name), (cameras[0].camera, other.camera), np.stack([np.eye(4), other.T_camera_head])
         )
-        pairs = _pairs(rig, detections, k, target.half_turn)
+        pairs = _pairs(rig, detections, k, turn_names(target.turn, len(target.points_m)))
         if sum(len(p.points) for p in pairs) >= FEWEST_POINTS:
             checks.append(_check(rig, pairs, target.points_m))
     return tuple(checks)
@@ -92,15 +93,14 @@ class _Pair:
     pixels: Floats
 
 
-def _pairs(rig: CameraRig, detections: Detections, camera: int, half_turn: Ints | None) -> list[_Pair]:
-    """Common points of every shot; a target that looks the same from either end is named as the lines fit better."""
+def _pairs(rig: CameraRig, detections: Detections, camera: int, names: Ints) -> list[_Pair]:
+    """Common points of every shot; a target that looks the same after a turn is named as the lines fit better."""
     pairs = []
     for shot in np.unique(detections.shots).tolist():
         first, second = (
             {int(p): i for i, p in zip(rows, detections.points[rows], strict=True)}
             for rows in (np.flatnonzero((detections.shots == shot) & (detections.cameras == c)) for c in (0, camera))
         )
-        names = [np.arange(max([*first, -1]) + 1)] if half_turn is None else [np.arange(len(half_turn)), half_turn]
         found = []
         for name in names:
             both = [(p, first[p], second[int(name[p])]) for p in first if int(name[p]) in second]

@@ -24,14 +24,16 @@ from sixthlink.geometry import (
     transform_points,
 )
 from sixthlink.recording import Detections, Rejection, selected
+from sixthlink.target import turn_names
 
 __all__ = ["MINIMUM_POINTS", "TargetPoses", "locate_targets"]
 
 MINIMUM_POINTS = 6
 """Points of the target that one camera must see for a pose to start from."""
 
-AMBIGUITY_RATIO = 1.2
-"""Two explanations of a plane whose RMS residuals are closer than this cannot be told apart."""
+AMBIGUITY_RATIO, AMBIGUITY_CHI2 = 1.2, 15.0
+"""Two explanations of a plane cannot be told apart whose RMS residuals are closer than this, or whose squared residuals
+differ by less than this many times the noise that the better one leaves: with few points chance alone does more."""
 
 AMBIGUITY_ANGLE_RAD = np.deg2rad(5.0)
 """Two explanations closer than this are the same."""
@@ -69,7 +71,7 @@ def locate_targets(
     detections: Detections,
     shot_ids: tuple[str, ...],
     *,
-    half_turn: Ints | None = None,
+    turn: Ints | None = None,
     unknowns: RigUnknowns | None = None,
 ) -> TargetPoses:
     """Pose of the target in every shot.
@@ -79,13 +81,13 @@ def locate_targets(
         points_m: ``(P, 3)`` points of the target [m].
         detections: What the cameras saw.
         shot_ids: Names of the recording's shots, for the rejections.
-        half_turn: Names that the points get when the target is turned by 180°, when an image cannot tell. The
-            cameras of a shot are then made to agree with its first camera.
+        turn: Names that the points get in the least turn after which the target looks the same, when an image cannot
+            tell. The cameras of a shot are then made to agree with its first camera.
         unknowns: What of the rig is uncertain; none by default.
     """
     rejections: list[Rejection] = []
     starts: list[tuple[int, Floats]] = []
-    detections = _agreeing(rig, points_m, detections, half_turn) if half_turn is not None else detections
+    detections = _agreeing(rig, points_m, detections, turn) if turn is not None else detections
     for shot in np.unique(detections.shots):
         candidates = _starting_poses(rig, points_m, selected(detections, detections.shots == shot))
         if candidates is None:
@@ -104,7 +106,8 @@ def locate_targets(
     poses = np.where((best == 0)[:, None, None], fits[0][0], fits[1][0])
     apart = rotation_angle(np.swapaxes(fits[0][0][:, :3, :3], 1, 2) @ fits[1][0][:, :3, :3]) > AMBIGUITY_ANGLE_RAD
     ratio = np.sqrt(costs.max(axis=0) / np.maximum(costs.min(axis=0), 1e-300))
-    keep = ~(apart & (ratio < AMBIGUITY_RATIO))
+    spare = np.maximum(2.0 * table.per_shot(np.ones(len(table.slots))) - 6.0, 1.0)
+    keep = ~(apart & (ratio < np.maximum(AMBIGUITY_RATIO, np.sqrt(1.0 + AMBIGUITY_CHI2 / spare))))
     for s in np.flatnonzero(~keep):
         reason = (
             "planar ambiguity: two orientations of the target explain the pixels almost equally well "
@@ -232,7 +235,7 @@ def _planar_poses(points_m: Floats, rays: Floats) -> Floats:
     return np.stack([transform(Q, middle - Q @ offset) for Q in (R, R_mirrored)])
 
 
-def _agreeing(rig: CameraRig, points_m: Floats, detections: Detections, half_turn: Ints) -> Detections:
+def _agreeing(rig: CameraRig, points_m: Floats, detections: Detections, turn: Ints) -> Detections:
     """Detections in which every camera of a shot names the points of a symmetric target as its first camera does."""
     points = detections.points.copy()
     for shot in np.unique(detections.shots):
@@ -241,12 +244,11 @@ def _agreeing(rig: CameraRig, points_m: Floats, detections: Detections, half_tur
         for c in cameras[1:]:
             pair = rows[np.isin(detections.cameras[rows], (cameras[0], c))]
             other = pair[detections.cameras[pair] == c]
-            turned = points.copy()
-            turned[other] = half_turn[points[other]]
-            if _pair_cost(rig, points_m, detections, pair, turned) < _pair_cost(
-                rig, points_m, detections, pair, points
-            ):
-                points = turned
+            names = [points]
+            for _ in turn_names(turn, len(points_m))[1:]:
+                names.append(names[-1].copy())
+                names[-1][other] = turn[names[-1][other]]
+            points = min(names, key=lambda named: _pair_cost(rig, points_m, detections, pair, named))
     return Detections(detections.shots, detections.cameras, points, detections.pixels, detections.sigmas_px)
 
 

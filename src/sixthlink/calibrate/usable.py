@@ -9,10 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from sixthlink.calibrate.calibration import ShotEvidence
-from sixthlink.calibrate.half_turns import half_turn_transform, opposite_readings
 from sixthlink.calibrate.head import (
     HeadProblem,
     Held,
@@ -28,6 +26,7 @@ from sixthlink.calibrate.head import (
 from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
 from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
+from sixthlink.calibrate.turns import readings, turn_transforms
 from sixthlink.calibrate.unobserved import Unobserved, degenerate_motion, what_is_held
 from sixthlink.errors import TooFewShotsError
 from sixthlink.geometry import Floats, Ints
@@ -41,6 +40,7 @@ from sixthlink.recording import (
     shots_of_kind,
 )
 from sixthlink.solvers import SwarmBudget
+from sixthlink.target import turn_names
 
 __all__ = [
     "SolveOptions",
@@ -84,7 +84,7 @@ class Usable:
         problem: The shots as a problem whose unknown is the head in the frame that carries it.
         eq11: Eq. (11) of that problem.
         placements: Names of the placements.
-        half_turned: Whether a symmetric target was read from its other end.
+        turns: Turns by which the names of a symmetric target's points were turned.
         rejections: Everything that was refused on the way here.
         held: What the motion does not show and eq. (11) therefore holds.
         unobserved: The same for the record; None where the whole head is seen.
@@ -96,7 +96,7 @@ class Usable:
     problem: HeadProblem
     eq11: Objective
     placements: tuple[str, ...]
-    half_turned: npt.NDArray[np.bool_]
+    turns: Ints
     rejections: tuple[Rejection, ...]
     held: Held | None = None
     unobserved: Unobserved | None = None
@@ -136,11 +136,12 @@ def _with_robot(recording: Recording, cameras: RigCalibration, usable: Usable, X
     target = recording.target
     if target is None:
         return cameras
-    if target.half_turn is not None:
-        turned = np.isin(cameras.detections.shots, usable.shots[usable.half_turned])
-        named = cameras.detections.points
-        points = np.where(turned, target.half_turn[named], named)
-        cameras = replace(cameras, detections=replace(cameras.detections, points=points))
+    if usable.turns.any():
+        of_shot = np.zeros(len(recording.ids), dtype=np.int64)
+        of_shot[usable.shots] = usable.turns
+        d = cameras.detections
+        points = turn_names(target.turn, len(target.points_m))[of_shot[d.shots], d.points]
+        cameras = replace(cameras, detections=replace(d, points=points))
     return refine_lens_with_robot(cameras, cameras.points_m, usable.shots, usable.problem, X)
 
 
@@ -161,7 +162,7 @@ def located_targets(
         cameras.points_m,
         seen,
         recording.ids,
-        half_turn=recording.target.half_turn,
+        turn=recording.target.turn,
         unknowns=cameras.unknowns,
     )
     return targets.shots, targets, targets.Ts_head_target
@@ -186,13 +187,13 @@ def usable_shots(
     except TooFewShotsError as few:
         reasons = "".join(f"\n  {r.shot} {r.camera}: {r.reason}" for r in rejected)
         raise TooFewShotsError(f"{few}{reasons}", needed=few.needed, usable=few.usable) from None
-    half_turned = np.zeros(len(shots), dtype=bool)
-    if targets and recording.target is not None and recording.target.half_turn is not None:
-        H = half_turn_transform(recording.target.points_m, recording.target.half_turn)
-        half_turned = opposite_readings(problem, H)
-        problem = replace(problem, Ts_inner=np.where(half_turned[:, None, None], Ts_head_target @ H, Ts_head_target))
+    turns = np.zeros(len(shots), dtype=np.int64)
+    if targets and recording.target is not None and recording.target.turn is not None:
+        Ts_target_renamed = turn_transforms(recording.target.points_m, recording.target.turn)
+        turns = readings(problem, Ts_target_renamed)
+        problem = replace(problem, Ts_inner=Ts_head_target @ Ts_target_renamed[turns])
     eq11 = objective(problem, options.rotation_length_m)
-    return Usable(cameras, shots, targets, problem, eq11, names, half_turned, rejected)
+    return Usable(cameras, shots, targets, problem, eq11, names, turns, rejected)
 
 
 def shot_evidence(recording: Recording, usable: Usable, residuals: Scatter) -> tuple[ShotEvidence, ...]:
@@ -206,7 +207,7 @@ def shot_evidence(recording: Recording, usable: Usable, residuals: Scatter) -> t
             rotation_rad=float(residuals.rotations_rad[k]),
             rms_px=float(targets.rms_px[k]) if targets else 0.0,
             points=int(targets.points[k]) if targets else 0,
-            half_turned=bool(usable.half_turned[k]),
+            turns=int(usable.turns[k]),
         )
         for k, shot in enumerate(usable.shots)
     )

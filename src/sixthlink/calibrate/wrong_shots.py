@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sixthlink.calibrate.half_turns import half_turn_transform
 from sixthlink.calibrate.head import HeadProblem
 from sixthlink.calibrate.joint import Estimate
+from sixthlink.calibrate.turns import turn_transforms
 from sixthlink.calibrate.usable import Usable
 from sixthlink.geometry import Floats, inverse, motion_between, rotation_angle
 from sixthlink.recording import Recording, Rejection
@@ -53,11 +53,10 @@ def wrong_shots(recording: Recording, problem: HeadProblem, usable: Usable, foun
     Ts_expected = inverse(problem.Ts_outer @ X) @ Ts_stand_target
     errors = _errors(Ts_expected, problem.Ts_inner)
     scale = np.sqrt(np.mean(errors[kept] ** 2, axis=0))
-    half_turn = None
-    if recording.target is not None and recording.target.half_turn is not None:
-        half_turn = half_turn_transform(recording.target.points_m, recording.target.half_turn)
+    target = recording.target
+    renamed = turn_transforms(target.points_m, target.turn)[1:] if target is not None else np.zeros((0, 4, 4))
     names = [recording.ids[s] for s in usable.shots]
-    shots = _Shots(names, problem, Ts_expected, errors, scale, half_turn)
+    shots = _Shots(names, problem, Ts_expected, errors, scale, renamed)
     return tuple(Rejection(names[i], "", _reason(i, shots)) for i in bad.tolist())
 
 
@@ -68,12 +67,12 @@ class _Shots:
     Ts_expected: Floats
     errors: Floats
     scale: Floats
-    half_turn: Floats | None
+    renamed: Floats
 
 
 def _reason(i: int, shots: _Shots) -> str:
     names, problem, Ts_expected, scale = shots.names, shots.problem, shots.Ts_expected, shots.scale
-    error, half_turn = shots.errors[i], shots.half_turn
+    error = shots.errors[i]
     off = f"{error[0] / MM:.3g} mm and {error[1] / DEG:.3g}° off what the other shots say"
 
     def explains(observed: Floats, expected: Floats) -> bool:
@@ -81,8 +80,8 @@ def _reason(i: int, shots: _Shots) -> str:
         return bool((left < np.maximum(CLOSE * scale, 1e-12)).all() and (left < SHARE * error + scale).all())
 
     here = problem.Ts_inner[i]
-    if half_turn is not None and explains(here @ half_turn, Ts_expected[i]):
-        return f"{off}: the target was read from its other end; use a target that tells its ends apart"
+    if any(explains(here @ T, Ts_expected[i]) for T in shots.renamed):
+        return f"{off}: the target was read from another end; use a target that tells its ends apart"
     mates = np.flatnonzero(problem.placements == problem.placements[i])
     for j in mates[mates != i].tolist():
         if not explains(here, Ts_expected[j]):

@@ -39,6 +39,7 @@ def detection_as_dict(r: ImageReport) -> dict[str, Any]:
             "print_sigma_m": r.cameras.print_sigma_m,
         },
         "stereo": [asdict(check) for check in r.stereo],
+        "notes": list(r.notes),
     }
 
 
@@ -70,6 +71,7 @@ def detection_summary(r: ImageReport, files: Mapping[str, str]) -> str:
     if r.why:
         lines.append(f"cameras not calibrated from these images: {r.why}")
     lines += [f"stereo {check.words}" for check in r.stereo]
+    lines += [f"note      {note}" for note in r.notes]
     lines += [f"rejected  {_image(r, x.shot, x.camera)}: {x.reason}" for x in r.rejections]
     return "\n".join([*lines, *(f"wrote {path}" for path in files.values())])
 

@@ -62,6 +62,7 @@ def calibration_summary(calibration: Calibration | ArmCalibration, files: Mappin
         *_head_lines(calibration),
         *_print_lines(calibration),
         *joint_lines(calibration),
+        *(f"note      {note}" for note in calibration.notes),
         *(f"rejected  {r.shot} {r.camera}: {r.reason}" for r in calibration.rejections),
         *(f"{'passed ' if g.passed else 'REFUSED'}  {g.name}: {g.message}" for g in calibration.gates),
         *(f"wrote {path}" for path in files.values()),

@@ -1,7 +1,7 @@
 """Which named points do the images of a recording show, and which images had to be refused?
 
-Each image is looked at by itself. A board that looks the same after half a turn may therefore come out with either
-end first, even in two images of one shot; whoever compares images settles that (``Target.half_turn``).
+Each image is looked at by itself. A board that looks the same after a turn may therefore come out with either end
+first, even in two images of one shot; whoever compares images settles that (``Target.turn``).
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from sixthlink.files.detection_memory import DetectionMemory
     from sixthlink.files.detections_file import read_detections, write_detections
     from sixthlink.files.images import image_reader, read_grey_image
+    from sixthlink.files.notes_on_images import image_notes
     from sixthlink.files.recording_folder import read_recording
     from sixthlink.files.recording_robot import file_sha256
     from sixthlink.files.recording_writer import write_recording
@@ -49,6 +50,7 @@ _ROOMS = {
     "detection_memory": ("DetectionMemory",),
     "detections_file": ("read_detections", "write_detections"),
     "images": ("image_reader", "read_grey_image"),
+    "notes_on_images": ("image_notes",),
     "recording_folder": ("read_recording",),
     "recording_robot": ("file_sha256",),
     "recording_writer": ("write_recording",),
@@ -78,6 +80,7 @@ __all__ = [
     "atomic_write_bytes",
     "atomic_write_text",
     "file_sha256",
+    "image_notes",
     "image_reader",
     "load_arm",
     "maker_names",

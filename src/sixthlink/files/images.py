@@ -12,11 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
+from sixthlink.files.exif import unturned
 from sixthlink.files.inside import file_inside
 from sixthlink.recording import Recording
 from sixthlink.target import GreyImage, NotFound
 
-__all__ = ["image_reader", "read_grey_image"]
+__all__ = ["JPEG", "image_reader", "kind_of", "read_grey_image"]
+
+JPEG = "JPEG"
 
 MOST_BYTES = 512 * 2**20
 """Largest image file that is read."""
@@ -26,10 +29,11 @@ MOST_PIXELS = 2**26
 
 _BEGINNINGS = {
     "PNG": (b"\x89PNG\r\n\x1a\n",),
-    "JPEG": (b"\xff\xd8\xff",),
+    JPEG: (b"\xff\xd8\xff",),
     "TIFF": (b"II*\0", b"MM\0*"),
     "BMP": (b"BM",),
     "PGM": (b"P5", b"P2"),
+    "PPM": (b"P6", b"P3"),
 }
 _JPEG_END = b"\xff\xd9"
 
@@ -41,7 +45,7 @@ def read_grey_image(path: Path, size_px: tuple[int, int] | None = None) -> GreyI
     the lens model. JPEG is read, although its compression costs some accuracy.
 
     Args:
-        path: PNG, TIFF, BMP, PGM or JPEG file.
+        path: PNG, TIFF, BMP, PGM, PPM or JPEG file.
         size_px: Width and height that it must have, or None for any.
 
     Returns:
@@ -53,12 +57,12 @@ def read_grey_image(path: Path, size_px: tuple[int, int] | None = None) -> GreyI
         data = path.read_bytes()
     except OSError as error:
         return NotFound(f"{path.name} cannot be read: {error.strerror}")
-    kind = next((k for k, starts in _BEGINNINGS.items() if data.startswith(starts)), None)
+    kind = kind_of(data[:8])
     if kind is None:
         return NotFound(f"{path.name} is not an image in one of the formats {', '.join(_BEGINNINGS)}")
-    if kind == "JPEG" and not data.rstrip(b"\0").endswith(_JPEG_END):
+    if kind == JPEG and not data.rstrip(b"\0").endswith(_JPEG_END):
         return NotFound(f"{path.name} is cut off: its end is missing; copy it again")
-    image = _decoded(data)
+    image = _decoded(unturned(data) if kind == "TIFF" else data)
     if image is None:
         return NotFound(f"{path.name} is damaged, cut off or too large to decode; copy it again")
     if image.dtype not in (np.uint8, np.uint16):
@@ -69,6 +73,11 @@ def read_grey_image(path: Path, size_px: tuple[int, int] | None = None) -> GreyI
         expected = f"{size_px[0]} x {size_px[1]} as recording.yaml says"
         return NotFound(f"{path.name} has {width} x {height} pixel, expected {expected}")
     return grey
+
+
+def kind_of(beginning: bytes) -> str | None:
+    """Format of a file by its first eight bytes; None where it is no image that is read."""
+    return next((kind for kind, starts in _BEGINNINGS.items() if beginning.startswith(starts)), None)
 
 
 def image_reader(folder: Path, recording: Recording) -> Callable[[int, int], GreyImage | NotFound]:

@@ -117,6 +117,7 @@ def result_as_dict(calibration: Calibration) -> dict[str, Any]:
         **joint_as_dict(c),
         "heldout": _or_none(c.heldout, asdict),
         "scale_shots": list(c.scale_shots),
+        "notes": list(c.notes),
         "gates": [asdict(g) for g in c.gates],
         "inputs": dict(c.inputs),
         "versions": dict(c.versions),
@@ -159,6 +160,7 @@ def result_from_dict(data: Mapping[str, Any]) -> Calibration:
         joint=joint_from_dict(data),
         heldout=_or_none(data["heldout"], lambda found: HeldOut(**found)),
         scale_shots=tuple(data["scale_shots"]),
+        notes=tuple(data.get("notes", ())),
     )
 
 

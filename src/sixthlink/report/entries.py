@@ -23,11 +23,12 @@ from sixthlink.calibrate import (
 )
 from sixthlink.geometry import Floats, motion_between
 from sixthlink.recording import EYE_IN_HAND
-from sixthlink.report.quantities import NOT_OBSERVED, degrees, fixed, millimetres, pixels, significant
+from sixthlink.report.quantities import NOT_OBSERVED, degrees, fixed, millimetres, pixels, significant, with_std
 from sixthlink.units import MM
 
 __all__ = [
     "Entry",
+    "board_entries",
     "camera_pair_entries",
     "fixed_head_entries",
     "head_link_entries",
@@ -145,6 +146,24 @@ def camera_pair_entries(calibration: Calibration) -> tuple[Entry, ...]:
         entries.append(Entry("angle", degrees(angle), f"between {rig.reference} and {name}"))
     if calibration.stereo_rms_px > 0.0:
         entries.append(Entry("stereo RMS", pixels(calibration.stereo_rms_px), "all cameras together"))
+    return tuple(entries)
+
+
+def board_entries(calibration: Calibration) -> tuple[Entry, ...]:
+    """What the recording says of the target itself; empty where it says nothing."""
+    board, entries = calibration.board, []
+    if board.scale is not None and board.scale_std is not None:
+        size = with_std(board.scale, board.scale_std, "", 5)
+        entries.append(Entry("size", size, "times the declared one, by the robot's motion; the declared one is kept"))
+    if board.sag_m:
+        meaning = "found in the images and corrected"
+        if board.moved_m is not None and board.moved_rad is not None:
+            meaning += f"; taken as flat, the head would be {millimetres(board.moved_m, 3)} and "
+            meaning += f"{degrees(board.moved_rad)} off"
+        entries.append(Entry("bend", with_std(board.sag_m / MM, board.sag_std_m / MM, "mm", 3), meaning))
+    if calibration.print_sigma_m:
+        meaning = "one sigma per coordinate; found in the images and corrected"
+        entries.append(Entry("misprints", millimetres(calibration.print_sigma_m), meaning))
     return tuple(entries)
 
 

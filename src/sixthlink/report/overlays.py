@@ -21,7 +21,7 @@ from sixthlink.progress import Progress
 from sixthlink.recording import Detections, Recording
 from sixthlink.report.quantities import millimetres, pixels
 from sixthlink.report.svg import element
-from sixthlink.target import GreyImage, NotFound, Target
+from sixthlink.target import GreyImage, NotFound, Target, turn_names
 
 __all__ = ["ImageReader", "Picture", "ShotPictures", "chosen_shots", "shot_pictures"]
 
@@ -101,7 +101,7 @@ def shot_pictures(
 
 
 def _caption(shot: ShotEvidence, why: str) -> str:
-    turned = "; read from the other end" if shot.half_turned else ""
+    turned = "; read from another end" if shot.turns else ""
     return f"{why}, {millimetres(shot.translation_m)}, image RMS {pixels(shot.rms_px)}{turned}"
 
 
@@ -116,9 +116,8 @@ def _picture(
     described = recording.head.cameras[camera]
     rows = np.flatnonzero((detections.shots == index) & (detections.cameras == camera))
     names, at = detections.points[rows], detections.pixels[rows]
-    turned = recording.target.half_turn if recording.target is not None and shot.half_turned else None
-    if turned is not None:
-        names = turned[names]
+    if recording.target is not None and shot.turns:
+        names = turn_names(recording.target.turn, len(recording.target.points_m))[shot.turns, names]
     image = read_image(index, camera) if read_image else NotFound("")
     remark = f"{len(rows)} points" if len(rows) else "target not found"
     if isinstance(image, NotFound):

@@ -17,6 +17,7 @@ from sixthlink.measure import COVERAGE_95, LengthCheck
 from sixthlink.progress import Progress, Silent
 from sixthlink.recording import EYE_IN_HAND, Detections, Recording
 from sixthlink.report.entries import (
+    board_entries,
     camera_pair_entries,
     fixed_head_entries,
     head_link_entries,
@@ -102,6 +103,7 @@ def report_page(
         pictures=pictures,
         cameras=camera_table(calibration),
         camera_pairs=camera_pair_entries(calibration),
+        board=board_entries(calibration),
         cell=_cell(calibration, recording, shots, detections),
         rejections=(*calibration.rejections, *(check.rejections if check else ())),
         search=search_entries(calibration),

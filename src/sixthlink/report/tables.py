@@ -91,12 +91,12 @@ def length_statistics_table(check: LengthCheck) -> Table:
 
 def shot_table(shots: Sequence[ShotEvidence], *, with_pixels: bool) -> Table:
     """Residuals of every shot; the worst of all is marked. ``with_pixels`` adds what the cameras saw."""
-    turned = any(s.half_turned for s in shots)
+    turned = any(s.turns for s in shots)
     rows = []
     for s in shots:
         residual = (fixed(s.translation_m / MM, 4), fixed(s.rotation_rad / DEG, 4))
         seen = (fixed(s.rms_px, 3), str(s.points)) if with_pixels else ()
-        remark = ("read from the other end" if s.half_turned else "",) if turned else ()
+        remark = ("read from another end" if s.turns else "",) if turned else ()
         rows.append((s.shot, s.placement, *residual, *seen, *remark))
     pixel_heads = ("image RMS [px]", "points") if with_pixels else ()
     heads = (

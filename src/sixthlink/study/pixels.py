@@ -68,6 +68,7 @@ def _recorded(plan: Plan, random: np.random.Generator) -> tuple[Recording, Groun
 def _shots(plan: Plan, recording: Recording, cameras: RigCalibration) -> HeadShots:
     at_board = shots_of_kind(recording, "calibrate")
     seen = selected(cameras.detections, np.isin(cameras.detections.shots, at_board))
+    seen = replace(seen, sigmas_px=np.full(len(seen), plan.scenario.pixel_noise_px))
     # The simulator names every point rightly, so that no half turn of the board has to be found.
     found = locate_targets(cameras.rig, cameras.points_m, seen, recording.ids, unknowns=cameras.unknowns)
     rows = np.searchsorted(at_board, found.shots)

@@ -13,7 +13,7 @@ from sixthlink.target.length_standard import SOCKET, LengthStandard
 from sixthlink.target.marker_chessboard import MarkerChessboard
 from sixthlink.target.quadrant import find_quadrant_mark
 from sixthlink.target.tag_bundle import TagBundle
-from sixthlink.target.target import Found, GreyImage, NotFound, Target
+from sixthlink.target.target import Found, GreyImage, NotFound, Target, turn_names
 
 __all__ = [
     "MARK_FINDERS",
@@ -34,6 +34,7 @@ __all__ = [
     "TagBundle",
     "Target",
     "find_quadrant_mark",
+    "turn_names",
 ]
 
 TARGET_KINDS: dict[str, type[Any]] = {

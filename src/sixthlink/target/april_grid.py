@@ -65,7 +65,7 @@ class AprilGrid:
         return self._layout.points_m
 
     @property
-    def half_turn(self) -> Ints | None:
+    def turn(self) -> Ints | None:
         """None: the numbers tell the ends apart."""
         return None
 

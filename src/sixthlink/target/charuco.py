@@ -8,15 +8,19 @@ that a part of the board is enough.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints
+from sixthlink.target.clipping import burnt_out
 from sixthlink.target.coarse import full_pixels, reduced_image
 from sixthlink.target.drawing import Drawing
 from sixthlink.target.failings import failing_of
-from sixthlink.target.markers import dictionary_names, marker_cells
+from sixthlink.target.markers import dictionary_names, exact_markers, marker_bits, marker_cells
+from sixthlink.target.other_kinds import other_kind
+from sixthlink.target.rooms import marker_room_px, square_room_px
 from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
@@ -27,6 +31,15 @@ __all__ = ["Charuco"]
 
 QUICK_WIDTH_PX = 1300
 """Image width at which the markers are looked for first."""
+
+SMALLEST_CELL_PX = 1.8
+"""Markers with smaller cells cannot be read."""
+
+WINDOW_SHARE = 0.5
+"""Half window of the refinement, against one that touches the next edges: they stay outside with their blur."""
+
+LARGEST_SIGMA_PX = 0.5
+"""A corner less certain is no measurement: its window shows a marker, too."""
 
 FEWEST_POINTS = 6
 """Fewer corners than this leave a pose at the mercy of a single one."""
@@ -70,7 +83,7 @@ class Charuco:
         return np.stack([(column + 1) * self.square_m, (row + 1) * self.square_m, np.zeros(len(row))], axis=1)
 
     @property
-    def half_turn(self) -> Ints | None:
+    def turn(self) -> Ints | None:
         """None: the markers tell the ends apart."""
         return None
 
@@ -105,19 +118,32 @@ class Charuco:
                 return NotFound(
                     "the image is mirrored: its mirror image shows the board; turn off flipping in the camera"
                 )
-            return NotFound(self._too_few(f"{len(points)} corners found") + failing_of(image))
+            return NotFound(self._too_few(f"{len(points)} corners found") + self._why_not(image))
         step = self._smallest_step(points, pixels)
         # Inside the window there may be the corner's own edges but nothing of the nearest marker.
         gap = 0.5 * (1.0 - self.marker_m / self.square_m)
-        window = float(np.clip(min(gap, 0.4) * step, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
+        a, b = self._squares(points, pixels)
+        room = min(WINDOW_SHARE * square_room_px(a, b), marker_room_px(a, b, gap))
+        window = float(np.clip(room, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
         refined = refine_saddles(image, pixels, window, max(1.5, 0.1 * step))
-        points, good = points[refined.good], refined.good
+        good = refined.good & (refined.sigmas_px < LARGEST_SIGMA_PX)
+        points = points[good]
         if len(points) < FEWEST_POINTS:
             return NotFound(self._too_few(f"{len(points)} corners left after refinement"))
+        if spoilt := burnt_out(image, refined.pixels[good]):
+            return NotFound(spoilt)
         flat = np.linalg.svd(self.points_m[points, :2] - self.points_m[points, :2].mean(axis=0), compute_uv=False)
         if flat[1] < 0.5 * self.square_m:
             return NotFound(self._too_few("all corners found are on one line"))
         return Found(points, refined.pixels[good], refined.sigmas_px[good])
+
+    def _why_not(self, image: GreyImage) -> str:
+        numbers = exact_markers(reduced_image(image, QUICK_WIDTH_PX), self.dictionary)
+        if len(numbers) >= 2 * FEWEST_POINTS and 2 * len(np.unique(numbers)) <= len(numbers) + 1:
+            return "; two boards are in the picture, with the same markers: cover one of them, or cut it off"
+        cell_m = self.marker_m / (marker_bits(self.dictionary) + 2)
+        paper_m = self.square_m * (self.columns + 1), self.square_m * (self.rows + 1)
+        return failing_of(image, paper_m, SMALLEST_CELL_PX / cell_m) or other_kind(image)
 
     def _too_few(self, what: str) -> str:
         return (
@@ -152,6 +178,17 @@ class Charuco:
         board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_m, self.marker_m, dictionary)
         board.setLegacyPattern(self.legacy)
         return board
+
+    def _squares(self, points: Ints, pixels: Floats) -> tuple[Floats, Floats]:
+        """Sides ``(M, 2)`` of the square right of and below each point, as a plane shows them [pixel]."""
+        import cv2
+
+        at = self.points_m[points, :2] / self.square_m
+        H: npt.NDArray[Any] | None = cv2.findHomography(at, pixels)[0]
+        if H is None:
+            return np.zeros((0, 2)), np.zeros((0, 2))
+        here, right, below = (cv2.perspectiveTransform((at + step)[None], H)[0] for step in ([0, 0], [1, 0], [0, 1]))
+        return right - here, below - here
 
     def _smallest_step(self, points: Ints, pixels: Floats) -> float:
         """Smallest distance between two corners in units of their distance on the board: a square [pixel]."""

@@ -2,8 +2,9 @@
 
 Point ``row * columns + column``: x runs along the columns, y along the rows, right-handed as seen from the front.
 With one of the two numbers even and the other odd, the two ends of the board look different, and the first point
-is the one whose outer diagonal square (up and left of it) is black. Otherwise the board looks the same after
-half a turn: each image may come out either way, and ``half_turn`` says so to whoever compares images.
+is the one whose outer diagonal square (up and left of it) is black. Otherwise the board looks the same after half a
+turn, with as many rows as columns and both even after a quarter: each image may come out any way round, and ``turn``
+says so to whoever compares images.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints
+from sixthlink.target.clipping import burnt_out
 from sixthlink.target.coarse import full_pixels, reduced_image
 from sixthlink.target.drawing import Drawing
 from sixthlink.target.failings import failing_of
 from sixthlink.target.other_boards import another_board, goes_on, second_board
+from sixthlink.target.other_kinds import other_dots, other_tags
+from sixthlink.target.rooms import cell_sides, square_room_px
 from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
@@ -29,8 +33,8 @@ QUICK_WIDTH_PX, CLOSER_WIDTH_PX = 640, 1280
 SMALLEST_SQUARE_PX = 8.0
 """Squares smaller than this leave no window for refinement."""
 
-WINDOW_SHARE = 0.4
-"""Half window of the refinement in smallest squares: the next corner's edges stay outside."""
+WINDOW_SHARE = 0.5
+"""Half window of the refinement, against one that touches the next edges: they stay outside with their blur."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +59,6 @@ class Chessboard:
             )
         if self.square_m <= 0.0:
             raise ValueError(f"side of a square is {self.square_m} m, expected above 0")
-        if self.columns == self.rows and self.columns % 2 == 0:
-            raise ValueError(
-                f"a chessboard of {self.columns} x {self.rows} inner corners looks the same after every quarter "
-                "turn; use one with different numbers of columns and rows"
-            )
 
     @property
     def points_m(self) -> Floats:
@@ -68,11 +67,12 @@ class Chessboard:
         return np.stack([column * self.square_m, row * self.square_m, np.zeros(len(row))], axis=1)
 
     @property
-    def half_turn(self) -> Ints | None:
-        """``(rows * columns,)`` index of each point after half a turn, or None where colours tell the ends apart."""
+    def turn(self) -> Ints | None:
+        """``(rows * columns,)`` index of each point after half or a quarter turn; None where colours tell the ends."""
         if self._ends_differ:
             return None
-        return np.arange(self.rows * self.columns, dtype=np.int64)[::-1].copy()
+        number = np.arange(self.rows * self.columns, dtype=np.int64).reshape(self.rows, self.columns)
+        return np.rot90(number, 1 if self.columns == self.rows and self.columns % 2 == 0 else 2).ravel()
 
     @property
     def _ends_differ(self) -> bool:
@@ -94,19 +94,26 @@ class Chessboard:
 
     def find(self, image: GreyImage) -> Found | NotFound:
         """All inner corners in one image, refined; a board that is partly hidden is not found."""
+        whole = self.whole(image)
+        if whole is not None:
+            return whole
+        return NotFound(
+            f"no chessboard of {self.columns} x {self.rows} inner corners found; is the whole board "
+            f"visible, with a white margin around it?{self._why_not(image)}"
+        )
+
+    def whole(self, image: GreyImage) -> Found | NotFound | None:
+        """All inner corners in one image; None where none are seen, without a search for the reason."""
         coarse = self._coarse(image)
         if coarse is None:
-            return NotFound(
-                f"no chessboard of {self.columns} x {self.rows} inner corners found; is the whole board "
-                f"visible, with a white margin around it?"
-                f"{failing_of(image) or another_board(image, self.columns, self.rows)}"
-            )
+            return None
         smallest = _smallest_square(coarse)
         if smallest < SMALLEST_SQUARE_PX:
             return NotFound(
-                f"the smallest square is {smallest:.1f} pixel wide, expected at least {SMALLEST_SQUARE_PX:g}"
+                f"too small: the smallest square is {smallest:.1f} pixel wide, expected at least {SMALLEST_SQUARE_PX:g}"
             )
-        window = float(np.clip(WINDOW_SHARE * smallest, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
+        room = square_room_px(*cell_sides(coarse))
+        window = float(np.clip(WINDOW_SHARE * room, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
         refined = refine_saddles(image, coarse.reshape(-1, 2), window, 0.3 * smallest)
         if not refined.good.all():
             u, v = coarse.reshape(-1, 2)[~refined.good][0]
@@ -117,10 +124,18 @@ class Chessboard:
         grid = refined.pixels.reshape(self.rows, self.columns, 2)
         if not _regular(grid):
             return NotFound("the corners do not form a regular grid: something else was taken for a chessboard")
-        wrong = goes_on(image, grid) or second_board(image, grid)
+        wrong = burnt_out(image, grid.reshape(-1, 2)) or goes_on(image, grid) or second_board(image, grid)
         if wrong:
             return NotFound(wrong)
         return self._ordered(image, grid, refined.sigmas_px.reshape(self.rows, self.columns))
+
+    def _why_not(self, image: GreyImage) -> str:
+        return (
+            failing_of(image, (self.columns + 3.0, self.rows + 3.0), SMALLEST_SQUARE_PX)  # in squares
+            or other_tags(image)
+            or other_dots(image)
+            or another_board(image, self.columns, self.rows)
+        )
 
     def _coarse(self, image: GreyImage) -> Floats | None:
         """``(rows, columns, 2)`` first estimates [pixel] in OpenCV's order."""
@@ -147,7 +162,7 @@ class Chessboard:
         grid = np.concatenate([grid, sigmas_px[..., None]], axis=2)
         if _handedness(grid) < 0.0:
             grid = grid[:, ::-1]
-        if self._ends_differ or self.columns == self.rows:
+        if self._ends_differ or (self.columns == self.rows and self.columns % 2 == 1):
             contrast, spread = _first_colour(image, grid[..., :2])
             if abs(contrast) < 4.0 * spread:
                 return NotFound("the squares' colours cannot be told apart: too dark, too bright or too blurred")

@@ -16,10 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints
-from sixthlink.target.blobs import Blobs, find_blobs
+from sixthlink.target.blobs import SMALLEST_RADIUS_PX, Blobs, find_blobs
 from sixthlink.target.dot_lattice import readings_of, step_sizes, walk_grids
 from sixthlink.target.drawing import Drawing
 from sixthlink.target.ellipse import Ellipses, fit_discs
+from sixthlink.target.failings import failing_of
+from sixthlink.target.other_boards import another_board
+from sixthlink.target.other_kinds import other_tags
 from sixthlink.target.target import Found, GreyImage, NotFound
 
 __all__ = ["AsymmetricCircleGrid", "CircleGrid", "DiscGrid"]
@@ -94,9 +97,17 @@ class DiscGrid:
         return np.full(self.rows * self.columns, self.circle_radius_m)
 
     @property
-    def half_turn(self) -> Ints | None:
-        """``(rows * columns,)`` index of each point after half a turn, or None where an image tells the ends apart."""
-        return None if len(self._larger) else np.arange(self.rows * self.columns, dtype=np.int64)[::-1].copy()
+    def turn(self) -> Ints | None:
+        """``(rows * columns,)`` index of each point after half or a quarter turn; None where images tell the ends."""
+        if len(self._larger):
+            return None
+        number = np.arange(self.rows * self.columns, dtype=np.int64).reshape(self.rows, self.columns)
+        return np.rot90(number, 1 if self._square else 2).ravel()
+
+    @property
+    def _square(self) -> bool:
+        """Whether a quarter turn maps the pattern to itself."""
+        return self.columns == self.rows
 
     @property
     def drawing(self) -> Drawing:
@@ -119,7 +130,8 @@ class DiscGrid:
         if counts.max(initial=0) < fewest:
             return NotFound(
                 f"{counts.max(initial=0)} of {P} dots seen in a grid; is the whole target of {self.columns} x "
-                f"{self.rows} dots in the image, sharp and black on white, and are columns and rows right?"
+                f"{self.rows} dots in the image, sharp and black on white, or is it the wrong board?"
+                f"{self._why_not(image)}"
             )
         ellipses, sizes = _measured(image, blobs, places, dots)
         ratio = float(self.circle_radii_m.max()) / self.circle_radius_m if len(larger) else np.inf
@@ -128,13 +140,35 @@ class DiscGrid:
         fits = (((readings >= 0) & large[readings]) == expected).all(axis=1) & (counts >= fewest)
         if not fits.any():
             return NotFound(
-                f"the larger dots are not where origin_dots says, at points {', '.join(map(str, larger))}; "
-                f"{np.count_nonzero(large)} larger and {np.count_nonzero(~large)} smaller dots are seen"
+                "the wrong board? the larger dots are not where origin_dots says, at points "
+                f"{', '.join(map(str, larger))}; {np.count_nonzero(large)} larger and {np.count_nonzero(~large)} "
+                "smaller dots are seen"
             )
         fits &= counts == counts[fits].max()
-        readings, mirrored = self._upright(readings[fits], mirrored[fits], blobs.centres[dots])
-        reading = self._only(readings, mirrored, len(dots))
-        return reading if isinstance(reading, NotFound) else self._checked(reading, ellipses, sizes, fewest)
+        reading = self._only(readings[fits], mirrored[fits], len(dots))
+        if isinstance(reading, NotFound):
+            return reading
+        if self._seen_twice(blobs, dots):
+            return NotFound("two boards are in the picture, each with these dots: cover one of them, or cut it off")
+        return self._checked(reading, ellipses, sizes, fewest)
+
+    def _why_not(self, image: GreyImage) -> str:
+        x_m, y_m = (np.ptp(self.points_m[:, :2], axis=0) + 2.0 * self.spacing_m + self.diameter_m).tolist()
+        failing = failing_of(image, (x_m, y_m), 2.0 * SMALLEST_RADIUS_PX / self.diameter_m)
+        return failing or other_tags(image) or another_board(image)
+
+    def _seen_twice(self, blobs: Blobs, dots: Ints) -> bool:
+        """Whether the blobs that are not in the grid form such a grid of their own."""
+        P, rest = self.columns * self.rows, np.setdiff1d(np.arange(len(blobs.centres)), dots)
+        if len(rest) < P:
+            return False
+        others = walk_grids(Blobs(blobs.centres[rest], blobs.shapes[rest], blobs.grain_px), self._longest)
+        return any((readings_of(places, self._lattice)[0] >= 0).all(axis=1).any() for places, _ in others)
+
+    @property
+    def _longest(self) -> int:
+        """Steps on the lattice from one end to the other."""
+        return int(np.ptp(self._lattice, axis=0).max())
 
     def _coarse(self, image: GreyImage) -> tuple[Blobs, Ints, Ints]:
         """Blobs, column and row of those in a grid and which these are, for the grid most like the pattern."""
@@ -142,7 +176,7 @@ class DiscGrid:
         best, most = (Blobs(np.zeros((0, 2)), np.zeros((0, 2, 2)), 1.0), none, none[:, 0]), 0
         for width in dict.fromkeys(min(width, image.shape[1]) for width in SEARCH_WIDTHS_PX):
             blobs = find_blobs(image, width)
-            for places, dots in walk_grids(blobs, int(np.ptp(self._lattice, axis=0).max())):
+            for places, dots in walk_grids(blobs, self._longest):
                 count = int((readings_of(places, self._lattice)[0] >= 0).sum(axis=1).max())
                 if 2 * count - len(dots) > most:  # dots of the pattern less those beside it
                     best, most = (blobs, places, dots), 2 * count - len(dots)
@@ -150,23 +184,15 @@ class DiscGrid:
                     return best
         return best
 
-    def _upright(self, readings: Ints, mirrored: Bools, centres: Floats) -> tuple[Ints, Bools]:
-        """The readings; of those that a quarter turn makes alike, that whose x axis points most to the right first."""
-        if self.columns != self.rows or self.half_turn is None:
-            return readings, mirrored
-        right = centres[readings[:, self.columns - 1], 0] - centres[readings[:, 0], 0]
-        order = np.argsort(-right, kind="stable")
-        return readings[order], mirrored[order]
-
     def _only(self, readings: Ints, mirrored: Bools, seen: int) -> Ints | NotFound:
         """``(P,)`` dot of each point in the only reading that is right-handed."""
-        # Where the two ends look the same, readings that differ by half a turn are one.
-        keys = np.sort(readings, axis=1) if self.half_turn is not None else readings
+        # Where the ends look the same, readings that differ by a turn are one.
+        keys = np.sort(readings, axis=1) if self.turn is not None else readings
         more = seen - np.count_nonzero(readings[0] >= 0)
         if 2 * more >= min(self.columns, self.rows) or len(np.unique(keys[~mirrored], axis=0)) > 1:
             return NotFound(
-                f"{seen} dots seen in a grid larger than {self.columns} x {self.rows}, or one that can be read in "
-                "several ways; are columns and rows right?"
+                f"the wrong board? {seen} dots seen in a grid larger than {self.columns} x {self.rows}, or one that "
+                "can be read in several ways; are columns and rows right?"
             )
         if mirrored.all():
             return NotFound("the grid is mirrored: the target is seen from behind, or the image is flipped")
@@ -188,7 +214,8 @@ class DiscGrid:
         if not 1.0 / MOST_UNLIKE_SIZE < unlike[worst] < MOST_UNLIKE_SIZE:
             (u, v), most = ellipses.centres[at[worst]], unlike[worst]
             return NotFound(
-                f"the dot near ({u:.0f}, {v:.0f}) is {most:.2f} times as large for the spacing as declared; check both"
+                f"the wrong board? the dot near ({u:.0f}, {v:.0f}) is {most:.2f} times as large for the spacing as "
+                "declared; check both"
             )
         return Found(points, ellipses.centres[at], ellipses.sigmas_px[at])
 
@@ -197,9 +224,7 @@ class DiscGrid:
 class CircleGrid(DiscGrid):
     """A symmetric grid of equal discs, which looks the same after half a turn; point row * columns + column.
 
-    With as many rows as columns it looks the same after a quarter turn, too. It is then read as upright in the image as
-    can be: cameras of one head that stand alike read it alike, but a robot must not roll them by more than 45° between
-    shots.
+    With as many rows as columns it looks the same after a quarter turn, too.
 
     Attributes:
         columns: Discs along x, at least 3.
@@ -238,9 +263,13 @@ class AsymmetricCircleGrid(DiscGrid):
         return float(np.sqrt(2.0) * self.spacing_m)
 
     @property
-    def half_turn(self) -> Ints | None:
+    def _square(self) -> bool:
+        return False
+
+    @property
+    def turn(self) -> Ints | None:
         """``(rows * columns,)`` index of each point after half a turn; None if rows are odd: the ends differ."""
-        return super().half_turn if self.rows % 2 == 0 else None
+        return super().turn if self.rows % 2 == 0 else None
 
 
 def _beside(places: Ints) -> Bools:

@@ -16,9 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from sixthlink.geometry import Floats, Ints
-from sixthlink.target.chessboard import Chessboard
+from sixthlink.target.chessboard import SMALLEST_SQUARE_PX, Chessboard
 from sixthlink.target.corner_walk import walk_corners
 from sixthlink.target.drawing import Drawing
+from sixthlink.target.failings import failing_of
+from sixthlink.target.other_kinds import other_kind
+from sixthlink.target.rooms import cell_sides, marker_room_px, square_room_px
 from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
@@ -39,8 +42,12 @@ FEWEST_POINTS = 12
 DOT_SHARE = 0.35
 """How far a dot is from its square's grey towards that of the neighbours, at least: small ones are blurred."""
 
-WINDOW_SHARE, DOT_WINDOW_SHARE, SPREAD_PX = 0.4, 0.38, 2.0
-"""Half window of the refinement in smallest squares; beside a dot, where that dot begins and how far it is blurred."""
+FINAL = ("two boards", "over-exposed")
+"""What refuses a whole chessboard also where its dots are to be seen."""
+
+WINDOW_SHARE, SPREAD_PX = 0.5, 2.0
+"""Half window of the refinement, against one that touches the next edges; by how much it ends before the square around
+a dot, which is blurred."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +85,7 @@ class MarkerChessboard:
         return self.square_m * np.stack([column, row, np.zeros(len(row))], axis=1)
 
     @property
-    def half_turn(self) -> Ints | None:
+    def turn(self) -> Ints | None:
         """None: the dots tell the ends apart."""
         return None
 
@@ -111,11 +118,14 @@ class MarkerChessboard:
 
     def find(self, image: GreyImage) -> Found | NotFound:
         """The visible inner corners in one image, refined: all of them, or those that hang together around the dots."""
-        grids = self._grids(image)
+        whole = Chessboard(self.columns, self.rows, self.square_m).whole(image)
+        if isinstance(whole, NotFound) and whole.reason.startswith(FINAL):
+            return whole
+        grids = self._grids(image, whole)
         if not grids:
             return NotFound(
                 f"no chessboard found, neither all of its {self.columns} x {self.rows} inner corners nor a part of it; "
-                "is the part with the dots visible and sharp?"
+                f"is the part with the dots visible and sharp?{self._why_not(image)}"
             )
         dots = [_dots(image, grid) for grid in grids]
         for grid, cells in zip(grids, dots, strict=True):
@@ -124,12 +134,15 @@ class MarkerChessboard:
                 return self._named(image, grid, cells, angle)
         return NotFound(
             f"{len(dots[0])} dots found on the chessboard, expected three that form an angle; is the part with the "
-            "dots visible and sharp?"
+            f"dots visible and sharp?{self._why_not(image)}"
         )
 
-    def _grids(self, image: GreyImage) -> list[Floats]:
+    def _why_not(self, image: GreyImage) -> str:
+        paper = self.columns + 3.0, self.rows + 3.0  # in squares
+        return failing_of(image, paper, SMALLEST_SQUARE_PX) or other_kind(image)
+
+    def _grids(self, image: GreyImage, whole: Found | NotFound | None) -> list[Floats]:
         """Corners ``(R, C, 2)`` by column and row, NaN where there is none, the largest grid first [pixel]."""
-        whole = Chessboard(self.columns, self.rows, self.square_m).find(image)
         if isinstance(whole, Found):
             return [whole.pixels.reshape(self.rows, self.columns, 2)]
         widths = sorted({min(width, image.shape[1]) for width in SEARCH_WIDTHS_PX})
@@ -151,8 +164,11 @@ class MarkerChessboard:
         smallest = _smallest_square(grid)
         points, pixels = i * self.columns + j, grid[row, column]
         sigmas_px, good = np.zeros(len(points)), np.zeros(len(points), dtype=np.bool_)
-        for these, share, spread in ((~near_dot, WINDOW_SHARE, 0.0), (near_dot, DOT_WINDOW_SHARE, SPREAD_PX)):
-            window = float(np.clip(share * smallest - spread, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
+        a, b = cell_sides(grid)
+        room = WINDOW_SHARE * square_room_px(a, b)
+        beside = min(room, marker_room_px(a, b, 0.5 - DOT_RADIUS) - SPREAD_PX)
+        for these, half_px in ((~near_dot, room), (near_dot, beside)):
+            window = float(np.clip(half_px, SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX))
             refined = refine_saddles(image, pixels[these], window, max(1.5, 0.3 * smallest))
             pixels[these], sigmas_px[these], good[these] = refined.pixels, refined.sigmas_px, refined.good
         if np.count_nonzero(good) < FEWEST_POINTS:

@@ -7,7 +7,15 @@ import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints
 
-__all__ = ["dictionary_names", "marker_bits", "marker_cells", "marker_count", "marker_sides", "read_markers"]
+__all__ = [
+    "dictionary_names",
+    "exact_markers",
+    "marker_bits",
+    "marker_cells",
+    "marker_count",
+    "marker_sides",
+    "read_markers",
+]
 
 
 def marker_cells(dictionary: str, marker: int, side_m: float, border: int = 1) -> tuple[Floats, npt.NDArray[np.bool_]]:
@@ -60,6 +68,18 @@ def marker_sides(dictionary: str, markers: Ints) -> npt.NDArray[np.bool_]:
     cells = known.markerSize + 2
     white = [cv2.aruco.generateImageMarker(known, int(m), cells)[1:-1, 1:-1] > 0 for m in markers]
     return np.array([[w[0], w[:, -1], w[-1, ::-1], w[::-1, 0]] for w in white]).reshape(-1, 4, known.markerSize)
+
+
+def exact_markers(image: npt.NDArray[np.uint8], dictionary: str) -> Ints:
+    """Numbers ``(M,)`` of the markers in an image that can be read without a wrong cell, one as often as it is seen."""
+    import cv2
+
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.errorCorrectionRate = 0.0
+    parameters.maxErroneousBitsInBorderRate = 0.0
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
+    _, ids, _ = cv2.aruco.ArucoDetector(known, parameters).detectMarkers(image)
+    return np.empty(0, dtype=np.int64) if ids is None else np.asarray(ids, dtype=np.int64).ravel()
 
 
 def read_markers(

@@ -18,6 +18,9 @@ __all__ = ["another_board", "goes_on", "second_board"]
 FEWEST, MATCHING = 6, 0.9
 """Squares beyond a side that must be in the picture, and the share of them that must go on as a chessboard does."""
 
+FEWEST_CORNERS = 4
+"""Rows of inner corners of another board at least: dots and tags from afar look like a board of three."""
+
 WIDTH_PX, SQUARE_PX = 640, 15.0
 """Image width at which another board is looked for when none was found, and size of its squares when one was."""
 
@@ -67,17 +70,20 @@ def second_board(image: GreyImage, grid: Floats) -> str:
     return f"two boards are in the picture, near {places}: cover one of them, or cut it off"
 
 
-def another_board(image: GreyImage, columns: int, rows: int) -> str:
-    """Which chessboard is in the picture instead of the declared one; empty where none is seen."""
+def another_board(image: GreyImage, columns: int = 0, rows: int = 0) -> str:
+    """Which chessboard is in the picture instead of the declared one, if any was; empty where none is seen."""
     import cv2
 
     small = reduced_image(image, WIDTH_PX)
     flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_LARGER
     found, _, meta = cv2.findChessboardCornersSBWithMeta(small, (3, 3), flags)
-    if not found or sorted(np.shape(meta)) == sorted((columns, rows)):
+    if not found or min(np.shape(meta)) < FEWEST_CORNERS or sorted(np.shape(meta)) == sorted((columns, rows)):
         return ""
     b, a = sorted(np.shape(meta)) if columns >= rows else sorted(np.shape(meta))[::-1]
-    return f"; a chessboard of {a} x {b} inner corners is in the picture: count them again, or show the declared board"
+    return (
+        f"; the wrong board? a chessboard of {a} x {b} inner corners is in the picture: count them again, or show the "
+        "declared board"
+    )
 
 
 def _centres(grid: Floats) -> Floats:

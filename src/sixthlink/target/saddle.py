@@ -5,13 +5,14 @@ where the lines along all edges meet, each weighted by its squared gradient (Fö
 
     A q = b,   A = Σ w g gᵀ,   b = Σ w g gᵀ p
 
-The gradients stay on the pixel grid and only the weights follow the estimate, so nothing is interpolated. To first
-order the gradients' noise moves the point, with r = p - q, by
+The gradients stay on the pixel grid and only the weights follow the estimate, so nothing is interpolated. What uneven
+light does to the point is taken off (:mod:`sixthlink.target.uneven_light`). To first order noise moves the point, with
+r = p - q, by
 
-    δq = A⁻¹ Σ w (g rᵀ + gᵀr) δg
+    δq = K⁻¹ (Σ w (g rᵀ + gᵀr) δg - 2 G Σ w r I δI)
 
 Gradients are differences of the smoothed image: their noise is the image's, seen through the same filters, and how
-large that is shows where the window is flat.
+large that is shows where the window is flat, dark and bright.
 """
 
 from __future__ import annotations
@@ -23,15 +24,20 @@ import numpy.typing as npt
 
 from sixthlink.geometry import Floats
 from sixthlink.target.target import GreyImage
+from sixthlink.target.uneven_light import Light, uneven_light
 
 __all__ = ["LARGEST_HALF_WINDOW_PX", "SMALLEST_HALF_WINDOW_PX", "Saddles", "refine_saddles"]
 
-SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX = 3.0, 20.0
-"""Below three pixels the lens blur fills the window; beyond twenty the gain no longer pays for bent edges and time."""
+SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX = 5.0, 20.0
+"""Below five pixels the lens blur fills the window; beyond twenty the gain no longer pays for bent edges and time."""
 
-SAMPLING_PX, SAMPLING_PX2 = 0.0035, 0.11
+SAMPLING_PX, SAMPLING_PX2 = 0.001, 0.03
 """What pixels of finite size leave even without noise, and what small windows add to it, over the half window: fitted
 to the error on rendered boards of several sizes, tilts and blurs."""
+
+MOST_SHIFT_PX = 0.2
+"""Light that shifts a point farther than this is none: something else is in the window. The point stays where its edges
+meet, and is as uncertain as that."""
 
 DERIVATIVE_SIGMA_PX = 1.0
 """Smoothing before differences are taken: halves the influence of noise in flat areas."""
@@ -41,6 +47,9 @@ REACH = 4
 
 FLAT = 0.15
 """Share of a window's steepest gradient below which it is flat: there its noise is read, dark and bright alike."""
+
+LIKE_OTHERS = 60.0
+"""Flat pixels, dark or bright, that a window needs to say as much of its noise as all windows together say of it."""
 
 WORKED_OUT = 16
 """Windows of an image in which the noise is followed through the filters."""
@@ -64,6 +73,17 @@ class Saddles:
     good: npt.NDArray[np.bool_]
 
 
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """Smoothed grey values and their gradients ``(N, 2n + 1, 2n + 1)``, and the points ``(N, 2)`` from the middles."""
+
+    grey: Singles
+    gx: Singles
+    gy: Singles
+    q: Floats
+    half_px: float
+
+
 def refine_saddles(image: GreyImage, pixels: npt.ArrayLike, half_window_px: float, reach_px: float) -> Saddles:
     """Saddle points near the given pixels, refined to hundredths of a pixel.
 
@@ -71,7 +91,7 @@ def refine_saddles(image: GreyImage, pixels: npt.ArrayLike, half_window_px: floa
         image: ``(height, width)`` grey image; it is not modified.
         pixels: ``(N, 2)`` first estimates [pixel].
         half_window_px: Half the width of the window whose gradients count [pixel]. It should end before the
-            neighbouring corners do, at about 0.4 of the smallest square.
+            neighbouring corners' edges begin (:mod:`sixthlink.target.rooms`).
         reach_px: A point that moves farther than this from its first estimate was drawn to something else [pixel].
     """
     start = np.array(pixels, dtype=np.float64).reshape(-1, 2)
@@ -85,7 +105,7 @@ def refine_saddles(image: GreyImage, pixels: npt.ArrayLike, half_window_px: floa
         rows = np.flatnonzero(active)
         if not len(rows):
             break
-        gx, gy, noise = _gradients(image, centres[rows], n)
+        grey, gx, gy, noise = _gradients(image, centres[rows], n)
         offsets, crossing = _solve(gx, gy, refined[rows] - centres[rows], half_window_px)
         found = centres[rows] + offsets
         near = crossing & (np.linalg.norm(found - start[rows], axis=1) <= reach_px)
@@ -93,7 +113,12 @@ def refine_saddles(image: GreyImage, pixels: npt.ArrayLike, half_window_px: floa
         moved = np.abs(offsets).max(axis=1) > 1.0
         last = near & ~moved
         if last.any():
-            sigmas[rows[last]] = _sigmas(gx[last], gy[last], offsets[last], noise[last], half_window_px)
+            windows = _Windows(grey[last], gx[last], gy[last], offsets[last], half_window_px)
+            light = uneven_light(windows.grey, windows.gx, windows.gy, windows.q, half_window_px)
+            far = np.linalg.norm(light.shifts, axis=1)
+            refined[rows[last]] += np.where(far[:, None] <= MOST_SHIFT_PX, light.shifts, 0.0)
+            doubt = np.where(far <= MOST_SHIFT_PX, 0.0, far)
+            sigmas[rows[last]] = np.hypot(_sigmas(windows, light, noise[last]), doubt)
         centres[rows[near]] = np.rint(found[near]).astype(np.int64)
         active = np.zeros_like(active)
         active[rows[near & moved]] = True
@@ -135,51 +160,61 @@ def _solve(gx: Singles, gy: Singles, start: Floats, half_window_px: float) -> tu
 
 
 def _window(q: Floats, n: int, half_window_px: float) -> tuple[Singles, Singles]:
-    """Weights ``(N, 2n + 1)`` along u and along v about points ``(N, 2)``; the window's weight is their product."""
-    axis = np.arange(-n, n + 1)
-    across, down = (np.exp(-2.0 * ((axis - q[:, k, None]) / half_window_px) ** 2).astype(np.float32) for k in (0, 1))
+    """Weights ``(N, 2n + 1)`` along u and along v about points ``(N, 2)``; the window's weight is their product.
+
+    They end at nought: a window that cuts off an edge's blurred cross-section somewhere would pull the point sideways.
+    """
+    away = (np.arange(-n, n + 1) - q[:, :, None]) / half_window_px
+    across, down = np.moveaxis(np.maximum(1.0 - away**2, 0.0).astype(np.float32), 1, 0)
     return across, down
 
 
-def _sigmas(gx: Singles, gy: Singles, q: Floats, noise: Floats, half_window_px: float) -> Floats:
+def _sigmas(windows: _Windows, light: Light, noise: Floats) -> Floats:
     """Standard deviation ``(N,)`` of the points per coordinate, the mean of both [pixel].
 
-    How the gradients' noise hangs together is alike in all windows of an image: it is worked out for some, and gives
-    the factor on A⁻¹ for all.
+    How the noise hangs together is alike in all windows of an image: it is worked out for some, and gives the factor
+    on K⁻¹ A K⁻ᵀ for all.
 
     Args:
-        gx: ``(N, 2n + 1, 2n + 1)`` gradients along u.
-        gy: The same along v.
-        q: ``(N, 2)`` the points, from the window's centre [pixel].
-        noise: ``(N,)`` standard deviation of the image's grey values.
-        half_window_px: As in :func:`refine_saddles`.
+        windows: The windows.
+        light: What uneven light does in them.
+        noise: ``(N, 2)`` variance of the image's grey values where they are dark and where they are bright.
     """
-    n, N = gx.shape[1] // 2, len(gx)
-    axis = np.arange(-n, n + 1, dtype=np.float32)
-    across, down = _window(q, n, half_window_px)
+    gx, gy, N = windows.gx, windows.gy, len(windows.q)
+    across, down = _window(windows.q, gx.shape[1] // 2, windows.half_px)
     w = down[:, :, None] * across[:, None, :]
-    a, b, d = (_sum(w * g) for g in (gx * gx, gx * gy, gy * gy))
-    plain = (a + d) / np.maximum(a * d - b * b, np.finfo(np.float64).tiny)
+    A = np.array([[_sum(w * g * h) for h in (gx, gy)] for g in (gx, gy)])
+    inverse = np.asarray(np.linalg.pinv(light.K), dtype=np.float64)
+    plain = _trace(inverse, np.moveaxis(A, 2, 0))
     some = np.unique(np.linspace(0, N - 1, min(N, WORKED_OUT)).round().astype(np.int64))
-    rx = (axis - q[some, 0, None].astype(np.float32))[:, None, :]
-    ry = (axis - q[some, 1, None].astype(np.float32))[:, :, None]
-    exact = _traces(gx[some], gy[some], rx, ry, w[some], 4.0 / half_window_px**2)
-    factor = float(np.median(exact / plain[some]))
-    return np.hypot(noise * np.sqrt(0.5 * factor * plain), _sampling_px(half_window_px))
+    exact = _trace(inverse[some], _variances(windows, some, w[some], light.G[some], noise[some]))
+    factor = float(np.median(exact / np.maximum(plain[some], np.finfo(np.float64).tiny)))
+    return np.hypot(np.sqrt(0.5 * factor * plain * noise.mean(axis=1)), _sampling_px(windows.half_px))
 
 
-def _traces(gx: Singles, gy: Singles, rx: Singles, ry: Singles, w: Singles, pull: float) -> Floats:  # noqa: PLR0917
-    """Trace ``(N,)`` of the points' covariances per variance of a grey value [pixel²]."""
+def _trace(inverse: Floats, inner: Floats) -> Floats:
+    return np.asarray(np.trace(inverse @ inner @ np.swapaxes(inverse, 1, 2), axis1=1, axis2=2))
+
+
+def _variances(windows: _Windows, some: npt.NDArray[np.int64], w: Singles, G: Floats, noise: Floats) -> Floats:
+    """Variance ``(S, 2, 2)`` of the sums that make some points, over the mean variance of dark and bright pixels."""
+    grey, gx, gy = windows.grey[some], windows.gx[some], windows.gy[some]
+    axis = np.arange(w.shape[1], dtype=np.float32) - np.float32(w.shape[1] // 2)
+    q = windows.q[some].astype(np.float32)
+    rx, ry = (axis - q[:, 0, None])[:, None, :], (axis - q[:, 1, None])[:, :, None]
     along = gx * rx + gy * ry
-    # How Σ w g gᵀ r follows the point. The weights move with it and take their share; from noise they take all.
-    moving = pull * w * along
-    A = np.array([[_sum(w * g * h - moving * g * r) for h, r in ((gx, rx), (gy, ry))] for g in (gx, gy)])
-    # How each grey value of the image enters the sum: the filters of the gradients, the other way round.
-    u = _seen_through(w * (gx * rx + along), w * gx * ry)
-    v = _seen_through(w * gy * rx, w * (gy * ry + along))
-    U = np.array([[_sum(x * y) for y in (u, v)] for x in (u, v)])
-    inverse = np.linalg.pinv(np.moveaxis(A, 2, 0))
-    return np.trace(inverse @ np.moveaxis(U, 2, 0) @ np.swapaxes(inverse, 1, 2), axis1=1, axis2=2)
+    # How each grey value of the image enters the sums: the filters of the gradients, the other way round.
+    P, Q = (2.0 / windows.half_px) * w * grey * rx, (2.0 / windows.half_px) * w * grey * ry
+    g = G.astype(np.float32)[:, :, :, None, None]
+    u = _seen_through(w * (gx * rx + along), w * gx * ry, -g[:, 0, 0] * P - g[:, 0, 1] * Q)
+    v = _seen_through(w * gy * rx, w * (gy * ry + along), -g[:, 1, 0] * P - g[:, 1, 1] * Q)
+    # Counted photons make bright pixels noisier than dark ones.
+    dark, bright = (noise / noise.mean(axis=1, keepdims=True)).astype(np.float32).T[:, :, None, None]
+    low, high = (end(grey, axis=(1, 2), keepdims=True) for end in (np.min, np.max))
+    own = dark + (bright - dark) * (grey - low) / np.maximum(high - low, np.float32(1e-6))
+    margin = REACH + 1
+    own = np.pad(own, ((0, 0), (margin, margin), (margin, margin)), mode="edge")
+    return np.moveaxis(np.array([[_sum(x * y * own) for y in (u, v)] for x in (u, v)]), 2, 0)
 
 
 def _sum(values: Singles) -> Floats:
@@ -190,21 +225,22 @@ def _sampling_px(half_window_px: float) -> float:
     return float(np.hypot(SAMPLING_PX, SAMPLING_PX2 / half_window_px))
 
 
-def _seen_through(fx: Singles, fy: Singles) -> Singles:
-    """Adjoint of smoothing and differences: weights of the image's pixels for weights of its gradients."""
+def _seen_through(fx: Singles, fy: Singles, f: Singles) -> Singles:
+    """Adjoint of smoothing and differences: weights of the image's pixels for those of its gradients and of itself."""
     N, size, _ = fx.shape
-    wide = np.zeros((2, N, size + 2 * REACH + 2, size + 2 * REACH + 2), dtype=np.float32)
-    inner = slice(REACH + 1, REACH + 1 + size)
-    wide[0, :, inner, inner], wide[1, :, inner, inner] = fx, fy
-    smooth = _smoothed(wide.reshape(2 * N, *wide.shape[2:])).reshape(wide.shape)
-    seen = np.zeros_like(wide[0])
-    seen[:, :, 1:-1] += 0.5 * (smooth[0, :, :, :-2] - smooth[0, :, :, 2:])
-    seen[:, 1:-1, :] += 0.5 * (smooth[1, :, :-2, :] - smooth[1, :, 2:, :])
-    return seen
+    inner, margin = slice(REACH + 1, REACH + 1 + size), REACH + 1
+    wide = np.zeros((N, size + 2 * margin, size + 2 * margin), dtype=np.float32)
+    wide[:, inner, inner] = f
+    for step, weights, axis in ((1, fx, 2), (1, fy, 1)):
+        for sign in (1, -1):
+            shifted = [inner, inner]
+            shifted[axis - 1] = slice(inner.start + sign * step, inner.stop + sign * step)
+            wide[:, shifted[0], shifted[1]] += np.float32(0.5 * sign) * weights
+    return _smoothed(wide)
 
 
-def _gradients(image: GreyImage, centres: npt.NDArray[np.int64], n: int) -> tuple[Singles, Singles, Floats]:
-    """Gradients ``(N, 2n+1, 2n+1)`` along u and v of the slightly smoothed image, and its noise in each window."""
+def _gradients(image: GreyImage, centres: npt.NDArray[np.int64], n: int) -> tuple[Singles, Singles, Singles, Floats]:
+    """The slightly smoothed image ``(N, 2n+1, 2n+1)``, its gradients along u and v, and its noise in each window."""
     height, width = image.shape
     window = np.arange(-n - 1 - REACH, n + 2 + REACH)
     rows = np.clip(centres[:, 1, None] + window, 0, height - 1)
@@ -214,7 +250,8 @@ def _gradients(image: GreyImage, centres: npt.NDArray[np.int64], n: int) -> tupl
     gx = 0.5 * (smooth[:, 1:-1, 2:] - smooth[:, 1:-1, :-2])
     gy = 0.5 * (smooth[:, 2:, 1:-1] - smooth[:, :-2, 1:-1])
     inner = patches[:, REACH:-REACH, REACH:-REACH]
-    return gx, gy, _noise(inner, gx * gx + gy * gy)
+    grey = smooth[:, 1:-1, 1:-1]
+    return grey, gx, gy, _noise(inner, grey, gx * gx + gy * gy)
 
 
 def _smoothed(patches: Singles) -> Singles:
@@ -228,8 +265,8 @@ def _smoothed(patches: Singles) -> Singles:
     return np.asarray(smooth, dtype=np.float32).reshape(N, size, size)
 
 
-def _noise(patches: Singles, steepness: Singles) -> Floats:
-    """Standard deviation ``(N,)`` of the grey values, from second differences where the window is flat.
+def _noise(patches: Singles, grey: Singles, steepness: Singles) -> Floats:
+    """Variance ``(N, 2)`` of dark and of bright grey values, from second differences where the window is flat.
 
     The mask [1 -2 1]ᵀ [1 -2 1] has no answer to shades that change evenly, and 36 times the variance to noise
     (Immerkær 1996). Rounding to whole grey values is noise too.
@@ -238,5 +275,10 @@ def _noise(patches: Singles, steepness: Singles) -> Floats:
     mask = along[:, :-2] - 2.0 * along[:, 1:-1] + along[:, 2:]
     N = len(patches)
     flat = steepness <= FLAT**2 * steepness.reshape(N, -1).max(axis=1)[:, None, None]
-    power = np.sum(mask * mask * flat, axis=(1, 2), dtype=np.float64) / (36.0 * np.maximum(flat.sum(axis=(1, 2)), 1))
-    return np.asarray(np.sqrt(np.maximum(power, 1.0 / 12.0)), dtype=np.float64)
+    bright = grey > grey.mean(axis=(1, 2), keepdims=True)
+    power, count = (
+        np.stack([np.sum(k * side, axis=(1, 2), dtype=np.float64) for side in (flat & ~bright, flat & bright)], axis=1)
+        for k in (mask * mask, np.ones_like(mask))
+    )
+    usual = (power.sum(axis=0) + power.sum() / count.sum().clip(1.0)) / (count.sum(axis=0) + 1.0)
+    return np.maximum((power + LIKE_OTHERS * usual) / (count + LIKE_OTHERS) / 36.0, 1.0 / 12.0)

@@ -67,7 +67,7 @@ class TagBundle:
         return self._layout.points_m
 
     @property
-    def half_turn(self) -> Ints | None:
+    def turn(self) -> Ints | None:
         """None: the pictures on the tags tell the ends apart."""
         return None
 

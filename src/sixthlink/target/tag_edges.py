@@ -3,12 +3,13 @@
 The corner of a tag is no saddle, but the two edges that meet in it are known along their whole length. Each is fitted
 to the grey values themselves, as a step that lens and pixel have blurred:
 
-    grey = dark + (bright - dark) · (Φ(z) + D · Φ(-z - room)),     z = distance / blur
+    grey = light · (dark + (bright - dark) · (Φ(z) + D · Φ(-z - room))),     z = distance / blur
 
 D are the white cells behind the border, known once the tag has been read: a small tag is seen through their glow. Where
-the edge is, its slope and bend, the blur and both greys, each with a slope along the edge, are free. A lens bends
-straight edges, but little, and the prior on the bend says so. The residuals give each edge's covariance, and two edges
-a corner's.
+the edge is, its slope and bend, the blur, both greys and the light's change along the edge, to second order, and across
+it are free: taken as even along the edge, light that a lens takes from the image's corners would look like a bend. A
+lens bends straight edges, but little, and the prior on the bend says so; so do those on the light. The residuals give
+each edge's covariance, and two edges a corner's.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats
+from sixthlink.target.clipping import largest_grey
 from sixthlink.target.edge_strips import EdgeFrames, Strips, edge_frames, edge_strips, meeting_points
 from sixthlink.target.target import GreyImage
 
@@ -26,12 +28,15 @@ __all__ = ["RefinedQuads", "refine_quads"]
 
 Bools = npt.NDArray[np.bool_]
 
+UNKNOWNS = 9
+"""Of an edge."""
+
 BEND = 0.04
 """Standard deviation of the curvature of a straight edge's image, in units of one over the image width."""
 
-SAMPLING_PX, SAMPLING_SPAN_PX = 0.02, 1.5
-"""While an edge runs along a row of pixels, all of them cut it alike, and what sampling does to one it does to all.
-This much is left on rendered images, until the edge crosses a few rows."""
+LIGHT_SLOPE, LIGHT_CURVATURE = 2.0, 4.0
+"""Standard deviation of the light's relative change per image width, across an edge, and of its second derivative,
+along an edge: a wide lens leaves half of the light in the image's corners."""
 
 FIRST_BLUR_PX, LEAST_BLUR_PX, MOST_BLUR_PX = 1.0, 0.3, 8.0
 
@@ -46,7 +51,7 @@ CLEAN_STEP, DIRT = 3, 3.0
 lies across the edge there."""
 
 LEAST_PIXELS = 40
-"""Fewer pixels in a strip do not carry the eight unknowns of an edge."""
+"""Fewer pixels in a strip do not carry the nine unknowns of an edge."""
 
 MOST_NOISE = 0.15
 """Residual, in units of the step, above which the strip shows something else."""
@@ -198,36 +203,47 @@ def _fitted(image: GreyImage, frames: EdgeFrames, before: _Fit, free_px: Floats,
     used = strips.valid & (strips.outside <= outer[:, None, None]) & (strips.outside >= -inner[:, None, None])
     w: Floats = used.reshape(len(used), -1).astype(np.float64)
     grey, out = (k.reshape(len(w), -1) for k in (strips.grey, strips.outside))
-    p = np.zeros((len(w), 8))
+    p = np.zeros((len(w), UNKNOWNS))
     p[:, :3], p[:, 3] = before.line, np.log(blur)
-    for column, side in ((4, out > 0.4 * outer[:, None]), (6, out < -0.4 * inner[:, None])):
+    for column, side in ((4, out > 0.4 * outer[:, None]), (5, out < -0.4 * inner[:, None])):
         p[:, column] = (w * side * grey).sum(axis=1) / np.maximum((w * side).sum(axis=1), 1.0)
-    lit = _lit(strips, glow, blur)
-    bend = 0.5 * BEND / image.shape[1] * frames.half**2
+    lit, end_of_range = _lit(strips, glow, blur), largest_grey(image)
+    half = frames.half / image.shape[1]
+    expected_size = np.full((len(w), UNKNOWNS), np.inf)
+    expected_size[:, 2] = 0.5 * BEND * half * frames.half
+    expected_size[:, 7], expected_size[:, 8] = 0.5 * LIGHT_CURVATURE * half**2, LIGHT_SLOPE / image.shape[1]
+    prior = expected_size**-2.0
     n = w.sum(axis=1)
     for k in range(STEPS):
         expected, J = _model(p, frames, strips, glow, lit)
-        r = w * (grey - expected)
+        # Light beyond the range is recorded as its end, whatever the unknowns.
+        J *= (expected < end_of_range)[:, :, None]
+        r = w * (grey - np.minimum(expected, end_of_range))
         if k == CLEAN_STEP:
             w = w * _clean(r, w, strips)
             r, n = r * w, w.sum(axis=1)
         J *= w[:, :, None]
-        s2 = (r * r).sum(axis=1) / np.maximum(n - 8.0, 1.0) + 1e-12
+        s2 = (r * r).sum(axis=1) / np.maximum(n - UNKNOWNS, 1.0) + 1e-12
         N, gradient = J.transpose(0, 2, 1) @ J, (J.transpose(0, 2, 1) @ r[:, :, None])[:, :, 0]
-        N[:, 2, 2] += s2 / bend**2
-        gradient[:, 2] -= s2 / bend**2 * p[:, 2]
-        N += 1e-9 * (np.trace(N, axis1=1, axis2=2)[:, None, None] + 1.0) * np.eye(8)
-        step = np.linalg.solve(N, gradient[:, :, None])[:, :, 0]
+        gradient -= s2[:, None] * prior * p
+        N += s2[:, None, None] * prior[:, :, None] * np.eye(UNKNOWNS)
+        step = (_inverted(N) @ gradient[:, :, None])[:, :, 0]
         step[:, :4] = np.clip(step[:, :4], -0.5, 0.5)
         p += step
         p[:, 3] = np.clip(p[:, 3], np.log(LEAST_BLUR_PX), np.log(MOST_BLUR_PX))
         if k > CLEAN_STEP and np.abs(step[:, :3]).max() < 1e-3:
             break
-    covariance = np.linalg.inv(N)[:, :3, :3] * s2[:, None, None]
-    covariance[:, 0, 0] += (SAMPLING_PX / (1.0 + (2.0 * p[:, 1] / SAMPLING_SPAN_PX) ** 4)) ** 2
+    covariance = _inverted(N)[:, :3, :3] * s2[:, None, None]
     settled = np.abs(step[:, :3]).max(axis=1) < 0.02
-    seen = settled & (n >= LEAST_PIXELS) & (np.sqrt(s2) < MOST_NOISE * (p[:, 4] - p[:, 6]))
+    seen = settled & (n >= LEAST_PIXELS) & (np.sqrt(s2) < MOST_NOISE * (p[:, 4] - p[:, 5]))
     return _Fit(p[:, :3], covariance, np.exp(p[:, 3]), seen)
+
+
+def _inverted(N: Floats) -> Floats:
+    """Inverses ``(E, K, K)``, each unknown by its own scale."""
+    scale = np.sqrt(np.diagonal(N, axis1=1, axis2=2) + 1e-9)
+    outer = scale[:, :, None] * scale[:, None, :]
+    return np.asarray(np.linalg.inv(N / outer + 1e-9 * np.eye(N.shape[1])) / outer)
 
 
 def _clean(r: Floats, w: Floats, strips: Strips) -> Floats:
@@ -251,9 +267,10 @@ def _lit(strips: Strips, glow: _Glow, blur_px: Floats) -> Floats:
 
 
 def _model(p: Floats, frames: EdgeFrames, strips: Strips, glow: _Glow, lit: Floats) -> tuple[Floats, Floats]:
-    """Expected grey values ``(E, P)`` and their derivatives ``(E, P, 8)`` by the unknowns.
+    """Expected grey values ``(E, P)`` and their derivatives ``(E, P, 9)`` by the unknowns.
 
-    The unknowns ``p (E, 8)``: three numbers of the curve, the blur's logarithm, bright and its slope, dark and its own.
+    The unknowns ``p (E, 9)``: three numbers of the curve, the blur's logarithm, bright and dark, and how the light
+    changes with x, with x² and with every pixel outwards.
     """
     from scipy.special import ndtr
 
@@ -267,12 +284,15 @@ def _model(p: Floats, frames: EdgeFrames, strips: Strips, glow: _Glow, lit: Floa
     (upper, upper_sum), (lower, lower_sum) = ((ndtr(k), k * ndtr(k) + _bell(k)) for k in (z + wide, z - wide))
     share = (upper_sum - lower_sum) / (2.0 * wide) + lit * ndtr(behind)
     steepness = (upper - lower) / (2.0 * wide) - lit * _bell(behind)
-    bright, dark = p[:, 4:5] + p[:, 5:6] * x, p[:, 6:7] + p[:, 7:8] * x
-    rise = (bright - dark) * steepness
-    rest = 1.0 - share
+    bright, dark = p[:, 4:5], p[:, 5:6]
+    outside = strips.outside.reshape(E, -1)
+    light = 1.0 + x * (p[:, 6:7] + x * p[:, 7:8]) + outside * p[:, 8:9]
+    rise = light * (bright - dark) * steepness
+    shade = dark + (bright - dark) * share
     shift = -rise * per_pixel
-    J = np.stack([shift, shift * x, shift * x * x, -rise * z, share, share * x, rest, rest * x], axis=2)
-    return dark + (bright - dark) * share, J
+    columns = [shift, shift * x, shift * x * x, -rise * z, light * share, light * (1.0 - share)]
+    columns += [shade * x, shade * x * x, shade * outside]
+    return light * shade, np.stack(columns, axis=2)
 
 
 def _bell(z: Floats) -> Floats:

@@ -14,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats, Ints, frozen_floats
+from sixthlink.target.clipping import cut_off
 from sixthlink.target.coarse import full_pixels, reduced_image
 from sixthlink.target.drawing import Drawing
+from sixthlink.target.failings import failing_of
 from sixthlink.target.markers import (
     dictionary_names,
     marker_bits,
@@ -24,6 +26,7 @@ from sixthlink.target.markers import (
     marker_sides,
     read_markers,
 )
+from sixthlink.target.other_kinds import other_kind
 from sixthlink.target.tag_edges import refine_quads
 from sixthlink.target.target import Found, GreyImage, NotFound
 
@@ -36,6 +39,9 @@ QUICK_WIDTH_PX = 1300
 
 SMALLEST_CELL_PX = 1.8
 """Tags with smaller cells cannot be told from their glow."""
+
+MISREAD = 3
+"""So many tags may be read in the mirror image of a target of which they are no tags."""
 
 AGREEMENT = 0.5
 """Tags farther than this from where the others say they must be, in tag sides, are misread or another target's."""
@@ -148,27 +154,37 @@ def find_tags(image: GreyImage, layout: TagLayout, fewest: int) -> Found | NotFo
     read, quads = _read(image, layout)
     known = np.isin(read, layout.numbers)
     tags, quads, strangers = _places(layout, read[known]), quads[known], read[~known]
+    if len(tags) < min(MISREAD, len(layout.numbers)) and _mirrored(image, layout, len(tags)):
+        return NotFound("the image is mirrored: its mirror image shows the tags; turn off flipping in the camera")
     if len(tags) < fewest:
-        return NotFound(_too_few(layout, f"{len(tags)} of its tags found", fewest, strangers))
+        why = "" if len(strangers) else _why_not(image, layout) or other_kind(image)
+        return NotFound(_too_few(layout, f"{len(tags)} of its tags found", fewest, strangers) + why)
     together = _together(layout, tags, quads)
     if len(tags) > 1 and 2 * np.count_nonzero(together) <= len(tags):
-        return NotFound(
-            "the tags are not where they should be to each other: is the same tag in view twice, or the layout wrong?"
-        )
+        if len(tags) >= 2 * len(np.unique(tags)) - 1:
+            return NotFound("two boards are in the picture, the same tags twice: cover one of them, or cut it off")
+        return NotFound("the wrong board? the tags are not where they should be to each other")
     tags, first = np.unique(tags[together], return_index=True)
     quads = quads[together][first]
     cell = np.linalg.norm(np.roll(quads, -1, axis=1) - quads, axis=2).min(axis=1) / layout.cells
     if cell.max(initial=0.0) < SMALLEST_CELL_PX:
         return NotFound(
-            f"the cells of the tags are {cell.max():.1f} pixel wide, expected at least {SMALLEST_CELL_PX:g}"
+            f"too small: the cells of the tags are {cell.max():.1f} pixel wide, expected at least {SMALLEST_CELL_PX:g}"
         )
-    tags, quads = tags[cell >= SMALLEST_CELL_PX], quads[cell >= SMALLEST_CELL_PX]
+    tags, quads, cell = (k[cell >= SMALLEST_CELL_PX] for k in (tags, quads, cell))
     gap = layout.gap_m / layout.side_m
     refined = refine_quads(image, quads, marker_sides(layout.dictionary, layout.numbers[tags]), layout.border, gap)
-    good = refined.good
+    white_gone = cut_off(image, quads, cell)
+    good = refined.good & ~white_gone[:, None]
     whole = np.count_nonzero(good.all(axis=1))
+    if whole < fewest and white_gone.any():
+        return NotFound(
+            f"over-exposed: around {np.count_nonzero(white_gone)} of {len(tags)} tags the white is cut off at the end "
+            "of the range, and their edges have moved: less light or a shorter exposure"
+        )
     if whole < fewest:
-        return NotFound(_too_few(layout, f"{whole} tags left after refinement", fewest, strangers))
+        why = _why_not(image, layout)
+        return NotFound(_too_few(layout, f"{whole} tags left after refinement", fewest, strangers) + why)
     points = (4 * tags[:, None] + (np.arange(4) + (2 if layout.upside_down else 0)) % 4)[good]
     order = np.argsort(points)
     return Found(points[order], refined.corners[good][order], refined.sigmas_px[good][order])
@@ -189,6 +205,16 @@ def _read(image: GreyImage, layout: TagLayout) -> tuple[Ints, Floats]:
         if np.isin(layout.numbers, numbers).all():
             break
     return best
+
+
+def _mirrored(image: GreyImage, layout: TagLayout, seen: int) -> bool:
+    """Whether the mirror image shows more tags of the layout than were seen."""
+    return int(np.count_nonzero(np.isin(_read(image[:, ::-1].copy(), layout)[0], layout.numbers))) > seen
+
+
+def _why_not(image: GreyImage, layout: TagLayout) -> str:
+    width_m, height_m = (np.ptp(layout.corners_m, axis=0) + layout.side_m + 2.0 * layout.gap_m).tolist()
+    return failing_of(image, (width_m, height_m), SMALLEST_CELL_PX * layout.cells / layout.side_m)
 
 
 def _enlarged(image: npt.NDArray[np.uint8], factor: int) -> npt.NDArray[np.uint8]:
@@ -230,5 +256,5 @@ def _too_few(layout: TagLayout, what: str, fewest: int, strangers: Ints) -> str:
     start = f"{what}, expected at least {fewest} ({wanted}, border of {layout.border} cells)"
     if len(strangers):
         others = ", ".join(str(k) for k in sorted(set(strangers.tolist()))[:8])
-        return f"{start}; others of this dictionary are in view: {others}; are the target's numbers right?"
+        return f"{start}; the wrong board? others of this dictionary are in view: {others}"
     return f"{start}; is enough of it in view, sharp and with white around it, and are dictionary and border right?"

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from sixthlink.geometry import Floats, Ints
 from sixthlink.target.drawing import Drawing
 
-__all__ = ["Found", "GreyImage", "NotFound", "Target"]
+__all__ = ["Found", "GreyImage", "NotFound", "Target", "turn_names"]
 
 GreyImage = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 """``(height, width)`` grey image, 8 or 16 bit."""
@@ -60,8 +60,11 @@ class Target(Protocol):
         ...
 
     @property
-    def half_turn(self) -> Ints | None:
-        """``(P,)`` index that each point gets when the target is turned by 180°, or None if an image can tell."""
+    def turn(self) -> Ints | None:
+        """``(P,)`` index that each point gets in the least turn after which the target looks the same.
+
+        None if there is no such turn, and an image can tell.
+        """
         ...
 
     @property
@@ -80,3 +83,11 @@ class Target(Protocol):
     def find(self, image: GreyImage) -> Found | NotFound:
         """Find the points in one image, refined to sub-pixel positions."""
         ...
+
+
+def turn_names(turn: Ints | None, points: int) -> Ints:
+    """``(K, P)`` name that each point gets after 0, 1 ... K - 1 turns; K is 1 for a target that an image can tell."""
+    names = [np.arange(points, dtype=np.int64)]
+    while turn is not None and not np.array_equal(turn[names[-1]], names[0]):
+        names.append(turn[names[-1]])
+    return np.stack(names)

@@ -23,6 +23,7 @@ from sixthlink.calibrate.touches import ArmCalibration
 from sixthlink.errors import CalibrationError, Finding, InputError
 from sixthlink.files import (
     atomic_write_text,
+    image_notes,
     image_reader,
     read_recording,
     write_arm,
@@ -31,7 +32,7 @@ from sixthlink.files import (
 )
 from sixthlink.geometry import motion_between
 from sixthlink.progress import Progress, Silent
-from sixthlink.recording import Recording, Rejection, shots_of_kind
+from sixthlink.recording import Detections, Recording, Rejection, shots_of_kind
 from sixthlink.report import report_page
 from sixthlink.workflow.detection import look
 from sixthlink.workflow.outcome import ARM, DETECTIONS, REPORT, RESULT, Outcome, now, shots_for, versions
@@ -51,7 +52,7 @@ def compare_folder(
     recording = shots_for(read_recording(folder, arm=arm), ("calibrate",))
     if recording.touched:
         raise CalibrationError("compare judges solvers for a head, and touches have none; use sixthlink calibrate")
-    cameras, _ = _seen_by_cameras(folder, recording, progress)
+    cameras, _, _ = _seen_by_cameras(folder, recording, progress)
     problem = problem_of_recording(recording, cameras, options)
     return compare_solvers(problem, seed=options.seed, progress=progress)
 
@@ -95,37 +96,36 @@ def calibrate_folder(
         if solve == "paper":
             raise CalibrationError("eq. (11) finds a head, and touches have none; leave out --solve paper")
         return calibrate_touches(recording, target, noise=options.noise, progress=progress)
-    cameras, rejections = _seen_by_cameras(folder, recording, progress)
-    detections = cameras.detections if cameras else None
+    cameras, seen, rejections = _seen_by_cameras(folder, recording, progress)
     joint = solve == "joint" or (solve == "auto" and recording.joints is not None and not options.observable_rest)
     if tracker is not None and not joint:
         raise CalibrationError("a tracker record needs joint values and kinematics in the recording, to be one problem")
     record = None if tracker is None else tracker_record(tracker)
 
-    def estimate(seen: RigCalibration | None, listener: Progress) -> Calibration:
+    def estimate(rig: RigCalibration | None, listener: Progress) -> Calibration:
         if joint:
             return calibrate_jointly(
-                recording, seen, options, listener, rejections=rejections, versions=versions(), tracker=record
+                recording, rig, options, listener, rejections=rejections, versions=versions(), tracker=record
             )
-        return calibrate_head(recording, seen, options, listener, rejections=rejections, versions=versions())
+        return calibrate_head(recording, rig, options, listener, rejections=rejections, versions=versions())
 
-    calibration = estimate(cameras, progress)
-    if cameras is not None and detections is not None and cameras.shape is not None:
-        flat = estimate(calibrate_rig(recording, detections, flat=True), Silent())
+    calibration = replace(estimate(cameras, progress), notes=image_notes(folder, recording))
+    if cameras is not None and seen is not None and cameras.shape is not None:
+        flat = estimate(calibrate_rig(recording, seen, flat=True), Silent())
         calibration = replace(calibration, board=_with_effect(calibration, flat))
     page = report_page(
         calibration,
         recording=recording,
-        detections=detections,
+        detections=cameras.detections if cameras else None,
         read_image=image_reader(folder, recording),
         created=now(),
         progress=progress,
     )
     target.mkdir(parents=True, exist_ok=True)
     files = {"result": target / RESULT, "report": target / REPORT}
-    if detections is not None:
+    if seen is not None:
         files["detections"] = target / DETECTIONS
-        write_detections(files["detections"], recording, detections)
+        write_detections(files["detections"], recording, seen)
     if calibration.joint is not None and calibration.arm is not None:
         files["arm"] = target / ARM
         write_arm(files["arm"], calibration.arm)
@@ -169,9 +169,9 @@ def _with_holdout(recording: Recording, holdout: int, seed: int) -> Recording:
 
 def _seen_by_cameras(
     folder: Path, recording: Recording, progress: Progress
-) -> tuple[RigCalibration | None, tuple[Rejection, ...]]:
-    """The calibrated cameras with what they saw, and refused images; no cameras for a recording of target poses."""
+) -> tuple[RigCalibration | None, Detections | None, tuple[Rejection, ...]]:
+    """The calibrated cameras, what they saw, and refused images; no cameras for a recording of target poses."""
     if recording.Ts_head_target is not None:
-        return None, ()
+        return None, None, ()
     detections, rejections = look(folder, recording, progress)
-    return calibrate_rig(recording, detections, progress=progress), rejections
+    return calibrate_rig(recording, detections, progress=progress), detections, rejections

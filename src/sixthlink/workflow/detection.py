@@ -13,7 +13,7 @@ import numpy as np
 from sixthlink.calibrate import RigCalibration, StereoCheck, calibrate_rig, stereo_checks
 from sixthlink.detect import detect
 from sixthlink.errors import CalibrationError
-from sixthlink.files import DetectionMemory, image_reader, read_recording, write_detections
+from sixthlink.files import DetectionMemory, image_notes, image_reader, read_recording, write_detections
 from sixthlink.progress import Progress, Silent
 from sixthlink.recording import BOARD_KINDS, Detections, Recording, Rejection, selected
 from sixthlink.target import Found, GreyImage, NotFound
@@ -37,6 +37,7 @@ class ImageReport:
         cameras: The cameras as these images calibrate them; None where they do not, for the reason in ``why``.
         why: Why the images do not calibrate the cameras; empty where they do.
         stereo: Whether the given poses of the cameras still fit.
+        notes: What the image files say of themselves and a user should know.
     """
 
     recording: Recording
@@ -49,6 +50,7 @@ class ImageReport:
     cameras: RigCalibration | None
     why: str
     stereo: tuple[StereoCheck, ...]
+    notes: tuple[str, ...]
 
 
 @dataclass
@@ -135,6 +137,7 @@ def detect_folder(
         cameras=cameras,
         why=why,
         stereo=stereo_checks(recording, boards),
+        notes=image_notes(folder, recording),
     )
     files: dict[str, Path] = {}
     if out is not None:
