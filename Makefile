@@ -45,6 +45,7 @@ bench: .venv/.ready .venv-cv4/.ready .venv-peers/.ready  ## figures of the docs,
 	$(PYTHON) benchmarks/certified_heads.py
 	$(PYTHON) benchmarks/degenerate_motion.py
 	$(PYTHON) benchmarks/wrong_shots.py
+	$(PYTHON) benchmarks/boards.py
 	$(PYTHON) benchmarks/detection_speed.py
 	$(PYTHON) benchmarks/detection_table.py
 	PYTHONPATH=src .venv-cv4/bin/python benchmarks/solver_times.py

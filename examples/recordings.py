@@ -60,6 +60,18 @@ def rosi_charuco_static_camera(data: Path, out: Path) -> Path:
     return with_images(data / "rosi_charuco_static_camera", out / "rosi_charuco_static_camera", description)
 
 
+def rendered_flat_board(data: Path, out: Path) -> Path:
+    """Rendered images of a flat chessboard with marker dots, exact poses."""
+    description = (
+        HEADER.format(name="rendered_flat_board", angle="deg", mount="eye-in-hand")
+        + "robot: {kinematics: none, label: rendered, positions: flange-poses, orientation: matrix,\n"
+        "  direction: T_base_flange}\n"
+        "head: {reference: camera, cameras: {camera: {image_size_px: [1920, 1080], intrinsics: calibrate}}}\n"
+        "target: {kind: chessboard, columns: 14, rows: 9, square: 12.1}\n" + NO_STANDARD + "observations: images\n"
+    )
+    return with_images(data / "rendered_flat_board", out / "rendered_flat_board", description)
+
+
 def with_images(source: Path, folder: Path, description: str) -> Path:
     """A recording of the poses whose images are there."""
     (folder / "images").mkdir(parents=True, exist_ok=True)
@@ -142,7 +154,7 @@ def main() -> None:
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     data, out = Path(sys.argv[1]), Path(sys.argv[2])
-    for convert in (*CONVERTERS, mukca_two_socket_50mm):
+    for convert in (*CONVERTERS, rendered_flat_board, mukca_two_socket_50mm):
         if (data / convert.__name__).is_dir():
             sys.stdout.write(f"{convert(data, out)}\n")
 

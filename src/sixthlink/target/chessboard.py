@@ -104,9 +104,10 @@ class Chessboard:
 
     def whole(self, image: GreyImage) -> Found | NotFound | None:
         """All inner corners in one image; None where none are seen, without a search for the reason."""
-        coarse = self._coarse(image)
-        if coarse is None:
+        seen = self._coarse(image)
+        if seen is None:
             return None
+        coarse, reduced = seen
         smallest = _smallest_square(coarse)
         if smallest < SMALLEST_SQUARE_PX:
             return NotFound(
@@ -124,7 +125,7 @@ class Chessboard:
         grid = refined.pixels.reshape(self.rows, self.columns, 2)
         if not _regular(grid):
             return NotFound("the corners do not form a regular grid: something else was taken for a chessboard")
-        wrong = burnt_out(image, grid.reshape(-1, 2)) or goes_on(image, grid) or second_board(image, grid)
+        wrong = burnt_out(image, grid.reshape(-1, 2)) or goes_on(image, grid) or second_board(image, reduced, grid)
         if wrong:
             return NotFound(wrong)
         return self._ordered(image, grid, refined.sigmas_px.reshape(self.rows, self.columns))
@@ -137,8 +138,8 @@ class Chessboard:
             or another_board(image, self.columns, self.rows)
         )
 
-    def _coarse(self, image: GreyImage) -> Floats | None:
-        """``(rows, columns, 2)`` first estimates [pixel] in OpenCV's order."""
+    def _coarse(self, image: GreyImage) -> tuple[Floats, GreyImage] | None:
+        """``(rows, columns, 2)`` first estimates [pixel] in OpenCV's order, and the reduced image that shows them."""
         import cv2
 
         usual = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
@@ -150,11 +151,11 @@ class Chessboard:
             flags = usual if width <= QUICK_WIDTH_PX else usual | cv2.CALIB_CB_FAST_CHECK
             found, corners = cv2.findChessboardCorners(reduced, size, flags=flags)
             if found:
-                return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2)
+                return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2), reduced
         reduced = reduced_image(image, CLOSER_WIDTH_PX)
         found, corners = cv2.findChessboardCornersSB(reduced, size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
         if found:
-            return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2)
+            return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2), reduced
         return None
 
     def _ordered(self, image: GreyImage, grid: Floats, sigmas_px: Floats) -> Found | NotFound:

@@ -54,6 +54,8 @@ def burnt_out(image: GreyImage, corners: Floats) -> str:
     u, v = np.rint(corners).astype(np.int64).T[..., None] + window
     height, width = image.shape
     grey = image[np.clip(v, 0, height - 1)[:, :, None], np.clip(u, 0, width - 1)[:, None, :]].reshape(len(corners), -1)
+    if grey.max(initial=0) < NEARLY * largest:
+        return ""
     black, white = (float(np.median(k)) for k in np.quantile(grey, (0.1, 0.9), axis=1))
     if white < NEARLY * largest or black <= BRIGHT_BLACK * largest:
         return ""

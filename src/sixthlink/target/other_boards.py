@@ -51,12 +51,18 @@ def goes_on(image: GreyImage, grid: Floats) -> str:
     return ""
 
 
-def second_board(image: GreyImage, grid: Floats) -> str:
-    """Why it is not clear which board is meant: there is another one of the same kind."""
+def second_board(image: GreyImage, reduced: GreyImage, grid: Floats) -> str:
+    """Why it is not clear which board is meant: there is another one of the same kind.
+
+    Args:
+        image: The image.
+        reduced: The same from as far as the board can be found, to be reduced further.
+        grid: ``(rows, columns, 2)`` inner corners of the declared board [pixel].
+    """
     import cv2
 
     square = float(np.median(np.linalg.norm(np.diff(grid, axis=1), axis=2)))
-    small = reduced_image(image, max(int(image.shape[1] * SQUARE_PX / square), 1)).copy()
+    small = reduced_image(reduced, max(int(image.shape[1] * SQUARE_PX / square), 1)).copy()
     factor = image.shape[1] // small.shape[1]
     middle = grid.reshape(-1, 2).mean(axis=0)
     hull = cv2.convexHull(((1.35 * (grid.reshape(-1, 2) - middle) + middle) / factor).astype(np.int32))

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from sixthlink.geometry import Floats
 from sixthlink.target.coarse import full_pixels, reduced_image
-from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles, rough_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
 __all__ = ["find_quadrant_mark"]
@@ -127,8 +127,8 @@ def _candidates(image: GreyImage, reduced: npt.NDArray[np.uint8]) -> list[_Candi
     v, u = np.nonzero((strength >= highest) & (strength > 0.0))
     order = np.argsort(-strength[v, u], kind="stable")[:CANDIDATES]
     peaks = np.stack([u[order], v[order]], axis=1).astype(np.float64)
-    refined = refine_saddles(reduced, peaks, CENTRE_WINDOW_PX, CENTRE_WINDOW_PX)
-    centres = refined.pixels[refined.good]
+    centres, good = rough_saddles(reduced, peaks, CENTRE_WINDOW_PX, CENTRE_WINDOW_PX)
+    centres = centres[good]
     radii, contrasts = _pattern(reduced, centres)
     scale = image.shape[1] / reduced.shape[1]
     places = full_pixels(centres, reduced, image)

@@ -23,10 +23,11 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.geometry import Floats
+from sixthlink.target.gradients import REACH, Singles, smooth_gradients, smoothed
 from sixthlink.target.target import GreyImage
 from sixthlink.target.uneven_light import Light, uneven_light
 
-__all__ = ["LARGEST_HALF_WINDOW_PX", "SMALLEST_HALF_WINDOW_PX", "Saddles", "refine_saddles"]
+__all__ = ["LARGEST_HALF_WINDOW_PX", "SMALLEST_HALF_WINDOW_PX", "Saddles", "refine_saddles", "rough_saddles"]
 
 SMALLEST_HALF_WINDOW_PX, LARGEST_HALF_WINDOW_PX = 5.0, 20.0
 """Below five pixels the lens blur fills the window; beyond twenty the gain no longer pays for bent edges and time."""
@@ -39,22 +40,8 @@ MOST_SHIFT_PX = 0.2
 """Light that shifts a point farther than this is none: something else is in the window. The point stays where its edges
 meet, and is as uncertain as that."""
 
-DERIVATIVE_SIGMA_PX = 1.0
-"""Smoothing before differences are taken: halves the influence of noise in flat areas."""
-
-REACH = 4
-"""Pixels to which that smoothing reaches; it ends there."""
-
-FLAT = 0.15
-"""Share of a window's steepest gradient below which it is flat: there its noise is read, dark and bright alike."""
-
-LIKE_OTHERS = 60.0
-"""Flat pixels, dark or bright, that a window needs to say as much of its noise as all windows together say of it."""
-
 WORKED_OUT = 16
 """Windows of an image in which the noise is followed through the filters."""
-
-Singles = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,18 +81,41 @@ def refine_saddles(image: GreyImage, pixels: npt.ArrayLike, half_window_px: floa
             neighbouring corners' edges begin (:mod:`sixthlink.target.rooms`).
         reach_px: A point that moves farther than this from its first estimate was drawn to something else [pixel].
     """
+    centres, good, settled = _settled(image, pixels, half_window_px, reach_px)
+    sigmas = np.full(len(centres), _sampling_px(half_window_px))
+    for rows, windows, noise in settled:
+        light = uneven_light(windows.grey, windows.gx, windows.gy, windows.q, half_window_px)
+        far = np.linalg.norm(light.shifts, axis=1)
+        believed = good[rows] & (far <= MOST_SHIFT_PX)
+        centres[rows[believed]] += light.shifts[believed]
+        sigmas[rows] = np.hypot(_sigmas(windows, light, noise), np.where(far <= MOST_SHIFT_PX, 0.0, far))
+    return Saddles(centres, sigmas, good)
+
+
+def rough_saddles(
+    image: GreyImage, pixels: npt.ArrayLike, half_window_px: float, reach_px: float
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """The same to tenths of a pixel, whatever the light: ``pixels`` and ``good`` of :class:`Saddles`."""
+    centres, good, _ = _settled(image, pixels, half_window_px, reach_px)
+    return centres, good
+
+
+def _settled(
+    image: GreyImage, pixels: npt.ArrayLike, half_window_px: float, reach_px: float
+) -> tuple[Floats, npt.NDArray[np.bool_], list[tuple[npt.NDArray[np.int64], _Windows, Floats]]]:
+    """Where the edges meet, which points can be trusted, and of which rows these are the windows and their noise."""
     start = np.array(pixels, dtype=np.float64).reshape(-1, 2)
     n = int(np.ceil(half_window_px))
     height, width = image.shape
     centres = np.rint(start).astype(np.int64)
     refined, good = start.copy(), np.zeros(len(start), dtype=bool)
-    sigmas = np.full(len(start), _sampling_px(half_window_px))
     active = _window_inside(centres, n, width, height)
+    settled = []
     for _ in range(3):  # once is enough unless the first estimate was more than a pixel off
         rows = np.flatnonzero(active)
         if not len(rows):
             break
-        grey, gx, gy, noise = _gradients(image, centres[rows], n)
+        grey, gx, gy, noise = smooth_gradients(image, centres[rows], n)
         offsets, crossing = _solve(gx, gy, refined[rows] - centres[rows], half_window_px)
         found = centres[rows] + offsets
         near = crossing & (np.linalg.norm(found - start[rows], axis=1) <= reach_px)
@@ -114,11 +124,7 @@ def refine_saddles(image: GreyImage, pixels: npt.ArrayLike, half_window_px: floa
         last = near & ~moved
         if last.any():
             windows = _Windows(grey[last], gx[last], gy[last], offsets[last], half_window_px)
-            light = uneven_light(windows.grey, windows.gx, windows.gy, windows.q, half_window_px)
-            far = np.linalg.norm(light.shifts, axis=1)
-            refined[rows[last]] += np.where(far[:, None] <= MOST_SHIFT_PX, light.shifts, 0.0)
-            doubt = np.where(far <= MOST_SHIFT_PX, 0.0, far)
-            sigmas[rows[last]] = np.hypot(_sigmas(windows, light, noise[last]), doubt)
+            settled.append((rows[last], windows, noise[last]))
         centres[rows[near]] = np.rint(found[near]).astype(np.int64)
         active = np.zeros_like(active)
         active[rows[near & moved]] = True
@@ -126,7 +132,7 @@ def refine_saddles(image: GreyImage, pixels: npt.ArrayLike, half_window_px: floa
         good &= inside
         active &= inside
     refined[~good] = start[~good]
-    return Saddles(refined, sigmas, good)
+    return refined, good, settled
 
 
 def _window_inside(centres: npt.NDArray[np.int64], n: int, width: int, height: int) -> npt.NDArray[np.bool_]:
@@ -180,14 +186,11 @@ def _sigmas(windows: _Windows, light: Light, noise: Floats) -> Floats:
         light: What uneven light does in them.
         noise: ``(N, 2)`` variance of the image's grey values where they are dark and where they are bright.
     """
-    gx, gy, N = windows.gx, windows.gy, len(windows.q)
-    across, down = _window(windows.q, gx.shape[1] // 2, windows.half_px)
-    w = down[:, :, None] * across[:, None, :]
-    A = np.array([[_sum(w * g * h) for h in (gx, gy)] for g in (gx, gy)])
+    N = len(windows.q)
     inverse = np.asarray(np.linalg.pinv(light.K), dtype=np.float64)
-    plain = _trace(inverse, np.moveaxis(A, 2, 0))
+    plain = _trace(inverse, light.A)
     some = np.unique(np.linspace(0, N - 1, min(N, WORKED_OUT)).round().astype(np.int64))
-    exact = _trace(inverse[some], _variances(windows, some, w[some], light.G[some], noise[some]))
+    exact = _trace(inverse[some], _variances(windows, some, light.G[some], noise[some]))
     factor = float(np.median(exact / np.maximum(plain[some], np.finfo(np.float64).tiny)))
     return np.hypot(np.sqrt(0.5 * factor * plain * noise.mean(axis=1)), _sampling_px(windows.half_px))
 
@@ -196,10 +199,13 @@ def _trace(inverse: Floats, inner: Floats) -> Floats:
     return np.asarray(np.trace(inverse @ inner @ np.swapaxes(inverse, 1, 2), axis1=1, axis2=2))
 
 
-def _variances(windows: _Windows, some: npt.NDArray[np.int64], w: Singles, G: Floats, noise: Floats) -> Floats:
+def _variances(windows: _Windows, some: npt.NDArray[np.int64], G: Floats, noise: Floats) -> Floats:
     """Variance ``(S, 2, 2)`` of the sums that make some points, over the mean variance of dark and bright pixels."""
     grey, gx, gy = windows.grey[some], windows.gx[some], windows.gy[some]
-    axis = np.arange(w.shape[1], dtype=np.float32) - np.float32(w.shape[1] // 2)
+    n = gx.shape[1] // 2
+    across, down = _window(windows.q[some], n, windows.half_px)
+    w = down[:, :, None] * across[:, None, :]
+    axis = np.arange(-n, n + 1, dtype=np.float32)
     q = windows.q[some].astype(np.float32)
     rx, ry = (axis - q[:, 0, None])[:, None, :], (axis - q[:, 1, None])[:, :, None]
     along = gx * rx + gy * ry
@@ -236,49 +242,4 @@ def _seen_through(fx: Singles, fy: Singles, f: Singles) -> Singles:
             shifted = [inner, inner]
             shifted[axis - 1] = slice(inner.start + sign * step, inner.stop + sign * step)
             wide[:, shifted[0], shifted[1]] += np.float32(0.5 * sign) * weights
-    return _smoothed(wide)
-
-
-def _gradients(image: GreyImage, centres: npt.NDArray[np.int64], n: int) -> tuple[Singles, Singles, Singles, Floats]:
-    """The slightly smoothed image ``(N, 2n+1, 2n+1)``, its gradients along u and v, and its noise in each window."""
-    height, width = image.shape
-    window = np.arange(-n - 1 - REACH, n + 2 + REACH)
-    rows = np.clip(centres[:, 1, None] + window, 0, height - 1)
-    columns = np.clip(centres[:, 0, None] + window, 0, width - 1)
-    patches = image[rows[:, :, None], columns[:, None, :]].astype(np.float32)
-    smooth = _smoothed(patches)[:, REACH:-REACH, REACH:-REACH]
-    gx = 0.5 * (smooth[:, 1:-1, 2:] - smooth[:, 1:-1, :-2])
-    gy = 0.5 * (smooth[:, 2:, 1:-1] - smooth[:, :-2, 1:-1])
-    inner = patches[:, REACH:-REACH, REACH:-REACH]
-    grey = smooth[:, 1:-1, 1:-1]
-    return grey, gx, gy, _noise(inner, grey, gx * gx + gy * gy)
-
-
-def _smoothed(patches: Singles) -> Singles:
-    """Patches ``(N, s, s)`` smoothed; what is within ``REACH`` of their border has seen their neighbours."""
-    import cv2
-
-    N, size, _ = patches.shape
-    kernel = 2 * REACH + 1
-    tall = np.ascontiguousarray(patches.reshape(N * size, size))
-    smooth = cv2.GaussianBlur(tall, (kernel, kernel), DERIVATIVE_SIGMA_PX, borderType=cv2.BORDER_REPLICATE)
-    return np.asarray(smooth, dtype=np.float32).reshape(N, size, size)
-
-
-def _noise(patches: Singles, grey: Singles, steepness: Singles) -> Floats:
-    """Variance ``(N, 2)`` of dark and of bright grey values, from second differences where the window is flat.
-
-    The mask [1 -2 1]ᵀ [1 -2 1] has no answer to shades that change evenly, and 36 times the variance to noise
-    (Immerkær 1996). Rounding to whole grey values is noise too.
-    """
-    along = patches[:, :, :-2] - 2.0 * patches[:, :, 1:-1] + patches[:, :, 2:]
-    mask = along[:, :-2] - 2.0 * along[:, 1:-1] + along[:, 2:]
-    N = len(patches)
-    flat = steepness <= FLAT**2 * steepness.reshape(N, -1).max(axis=1)[:, None, None]
-    bright = grey > grey.mean(axis=(1, 2), keepdims=True)
-    power, count = (
-        np.stack([np.sum(k * side, axis=(1, 2), dtype=np.float64) for side in (flat & ~bright, flat & bright)], axis=1)
-        for k in (mask * mask, np.ones_like(mask))
-    )
-    usual = (power.sum(axis=0) + power.sum() / count.sum().clip(1.0)) / (count.sum(axis=0) + 1.0)
-    return np.maximum((power + LIKE_OTHERS * usual) / (count + LIKE_OTHERS) / 36.0, 1.0 / 12.0)
+    return smoothed(wide.reshape(-1, wide.shape[2])).reshape(wide.shape)

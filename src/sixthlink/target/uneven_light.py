@@ -20,13 +20,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from sixthlink.geometry import Floats
+from sixthlink.target.gradients import Singles
 
 __all__ = ["Light", "uneven_light"]
-
-Singles = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +33,13 @@ class Light:
 
     Attributes:
         shifts: ``(N, 2)`` what is to be added to the points [pixel].
+        A: ``(N, 2, 2)`` weighted sum of the squared gradients.
         K: ``(N, 2, 2)`` how the sum that makes the points follows them.
         G: ``(N, 2, 2)`` C L⁻¹: how much of o enters that sum.
     """
 
     shifts: Floats
+    A: Floats
     K: Floats
     G: Floats
 
@@ -75,7 +75,7 @@ def uneven_light(grey: Singles, gx: Singles, gy: Singles, q: Floats, half_window
     added = _table(2.0 * x[0, 1] + y[1, 0], x[1, 0], y[0, 1], x[0, 1] + 2.0 * y[1, 0])
     G = (2.0 * half_window_px * dimmed + added) @ np.linalg.pinv(L)
     K = A - M + G @ D
-    return Light(-(np.linalg.pinv(K) @ G @ o[:, :, None])[:, :, 0], K, G)
+    return Light(-(np.linalg.pinv(K) @ G @ o[:, :, None])[:, :, 0], A, K, G)
 
 
 def _table(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
