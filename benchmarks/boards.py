@@ -21,9 +21,9 @@ from sixthlink.calibrate import (
     Calibration,
     RigCalibration,
     SolveOptions,
+    calibrate_cameras,
     calibrate_head,
     calibrate_jointly,
-    calibrate_rig,
 )
 from sixthlink.detect import detect
 from sixthlink.files import image_reader, load_arm, read_recording
@@ -52,15 +52,15 @@ def solved(recording: Recording, cameras: RigCalibration, solve: Solve) -> Calib
 
 def row(name: str, recording: Recording, detections: Detections, solve: Solve = calibrate_head) -> Floats:
     """Print what one recording says of its board; the head."""
-    cameras = calibrate_rig(recording, detections)
+    cameras = calibrate_cameras(recording, detections)
     right = solved(recording, cameras, solve)
     target = recording.target
     lengths = {k: TOO_LARGE * v for k, v in vars(target).items() if k.endswith("_m")}
     larger = replace(recording, target=replace(target, **lengths))
-    wrong = solved(larger, calibrate_rig(larger, detections), solve)
+    wrong = solved(larger, calibrate_cameras(larger, detections), solve)
     bend = "none shows"
     if cameras.shape is not None:
-        flat = solved(recording, calibrate_rig(recording, detections, flat=True), solve)
+        flat = solved(recording, calibrate_cameras(recording, detections, flat=True), solve)
         moved = motion_between(right.X[None], flat.X[None])[0]
         bend = (
             f"{cameras.shape.sag_m * 1e3:.3f} ± {cameras.shape.sag_std_m * 1e3:.3f} mm; flat, the head is "

@@ -15,7 +15,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 __all__ = [
@@ -92,6 +92,11 @@ class TooFewShotsError(CalibrationError):
         self.needed = needed
         self.usable = usable
         super().__init__(message)
+
+    def because(self, reasons: Iterable[str]) -> TooFewShotsError:
+        """The same with a line for each shot that was refused before, and why."""
+        lines = "".join(f"\n  {reason}" for reason in reasons)
+        return TooFewShotsError(f"{self}{lines}", needed=self.needed, usable=self.usable)
 
 
 class DegenerateMotionError(CalibrationError):

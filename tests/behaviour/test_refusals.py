@@ -174,6 +174,24 @@ def test_a_mirrored_board_without_numbers_is_named_by_the_motion():
     assert "mirrored" not in board_gate(BoardScale(0.97, 0.001)).message
 
 
+@pytest.mark.parametrize(
+    ("scale", "std", "passed", "word"),
+    [
+        (0.98, 0.004, False, "measure its squares"),
+        (0.98, 0.0062, False, "measure its squares"),
+        (0.98, 0.009, True, "2.2 standard deviations off"),
+        (0.98, 0.012, True, "as large as declared"),
+        (1.004, 0.0002, True, "as large as declared"),
+        (0.09, 0.2, True, "says nothing of its size"),
+    ],
+)
+def test_a_size_is_wrong_doubtful_or_nothing_is_said(scale, std, passed, word):
+    gate = board_gate(BoardScale(scale, std))
+    assert gate.passed == passed
+    assert word in gate.message
+    assert ("deviations off" in gate.message) == ("deviations off" in word)
+
+
 def sightings(target, far_m: float, noise_px: float, shots: int = 60):
     """Poses of a target before one camera, and what that camera sees of it."""
     random = np.random.default_rng(2)

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sixthlink.calibrate import stereo_checks
+from sixthlink.calibrate import calibrate_rig, stereo_checks
+from sixthlink.calibrate.stereo_check import stereo_gates
 from sixthlink.files import load_arm
 from sixthlink.geometry import exp_rotation, transform
 from sixthlink.recording import Recording, selected
@@ -63,9 +64,21 @@ def test_a_changed_baseline_shows_in_the_boards_size(cell):
     """A shift along the baseline leaves every point on its line; only the size of the board tells."""
     baseline = cell.truth.rig.Ts_camera_head[1][:3, 3]
     check = checked(given(cell, shift_m=0.005 * baseline))
-    assert not check.stale
+    assert check.systematic_px < 0.01
+    assert check.stale
+    assert "or the size of the board is declared wrong by +0.50 %" in check.words
+    assert not checked(given(cell, shift_m=0.001 * baseline)).stale
     assert check.scale == pytest.approx(1.005, abs=5e-4)
     assert check.length_m == pytest.approx(1.005 * check.declared_m, rel=5e-4)
+
+
+def test_a_stale_calibration_is_not_accepted(cell):
+    moved = given(cell, (np.deg2rad(0.05), 0.0, 0.0))
+    for recording, passed in ((given(cell), True), (moved, False)):
+        cameras = calibrate_rig(recording, recording.pixels)
+        (gate,) = stereo_gates(recording, cameras)
+        assert gate.passed == passed
+        assert ("stale" in gate.message) != passed
 
 
 def test_without_given_cameras_there_is_nothing_to_check(cell):

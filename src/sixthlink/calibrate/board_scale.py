@@ -21,8 +21,12 @@ from sixthlink.solvers import Equations, reduced
 
 __all__ = ["BoardScale", "board_evidence", "board_gate", "scale_by_head", "scale_by_joint"]
 
-STANDARD_DEVIATIONS, SMALLEST = 4.0, 0.005
-"""What a deviation must exceed to be told: chance, and what lenses and robots do to a scale without being wrong."""
+WRONG = ((4.0, 0.005), (3.0, 0.01))
+"""Standard deviations and shares that a deviation must exceed, both of one pair, to be told: chance, and what lenses
+and robots do to a scale without being wrong."""
+
+DOUBTFUL = (2.0, 0.005)
+"""The same for a hint."""
 
 TOLD = 0.02
 """Standard deviation beyond which the motion says nothing of the size."""
@@ -46,7 +50,15 @@ class BoardScale:
     @property
     def wrong(self) -> bool:
         """Whether the declared size contradicts the robot."""
-        return abs(self.scale - 1.0) > max(STANDARD_DEVIATIONS * self.std, SMALLEST)
+        return self.std <= TOLD and any(self._beyond(*limits) for limits in WRONG)
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether more shots should be asked about the declared size."""
+        return self.std <= TOLD and self._beyond(*DOUBTFUL)
+
+    def _beyond(self, deviations: float, share: float) -> bool:
+        return abs(self.scale - 1.0) > max(deviations * self.std, share)
 
 
 def board_gate(found: BoardScale) -> Gate:
@@ -60,6 +72,11 @@ def board_gate(found: BoardScale) -> Gate:
         figure += (
             f"; measure its squares or the distance of its dots and correct them ({100 * (found.scale - 1):+.2f} %), "
             "or look for a wrong unit or scale of the robot's positions or for a lens given too long or too short"
+        )
+    elif found.doubtful:
+        figure += (
+            f", {abs(found.scale - 1.0) / found.std:.1f} standard deviations off: measure its squares or the distance "
+            "of its dots, or record more shots, tilted more and from different distances"
         )
     return Gate("board as large as declared", not found.wrong, figure)
 

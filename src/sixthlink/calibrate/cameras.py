@@ -19,12 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from sixthlink.calibrate.board_shape import board_shape
-from sixthlink.calibrate.disc_centres import with_disc_centres
+from sixthlink.calibrate.disc_centres import boards_with_disc_centres
 from sixthlink.calibrate.fisheye_start import FISHEYE_FREE
 from sixthlink.calibrate.lens_choice import lens_choice
 from sixthlink.calibrate.lens_evidence import camera_evidence, refuse_uncertain_focal
 from sixthlink.calibrate.lens_start import LensStart, beyond_reason, start_lens, view_poses, views_beyond
-from sixthlink.calibrate.print_errors import PrintErrors, believed, print_errors
+from sixthlink.calibrate.print_errors import PrintErrors, print_errors
 from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig
 from sixthlink.calibrate.rig_start import refusals_of, rejections_of, start_pose, without
@@ -33,7 +33,7 @@ from sixthlink.camera import FISHEYE, LENS_NAMES, PLAIN_TERMS, Camera, CameraRig
 from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, inverse
 from sixthlink.progress import Progress, Silent
-from sixthlink.recording import BOARD_KINDS, Detections, Recording, Rejection, joined, selected, shots_of_kind
+from sixthlink.recording import Detections, Recording, Rejection, shots_of_kind
 from sixthlink.target import turn_names
 
 __all__ = ["calibrate_rig"]
@@ -61,7 +61,12 @@ class _Start:
 
 
 def calibrate_rig(
-    recording: Recording, detections: Detections, *, progress: Progress | None = None, flat: bool = False
+    recording: Recording,
+    detections: Detections,
+    *,
+    progress: Progress | None = None,
+    flat: bool = False,
+    named: bool = False,
 ) -> RigCalibration:
     """Calibrate what the recording does not give of its cameras.
 
@@ -70,6 +75,7 @@ def calibrate_rig(
         detections: What the cameras saw.
         progress: Listener.
         flat: Whether the target counts as flat, whatever the images show.
+        named: Whether a target that looks the same after a turn is read from the same end in all shots.
 
     Raises:
         TooFewShotsError: A camera has fewer than three usable views, or fewer than three together with the reference.
@@ -84,7 +90,7 @@ def calibrate_rig(
     free_lens = _first_terms(given, start)
     shots, problem, fit = _refined(recording, start, free_lens)
     if recording.target.circle_radii_m.any():
-        start = replace(start, rig=fit.rig, detections=_with_disc_centres(recording, start.detections, fit.rig))
+        start = replace(start, rig=fit.rig, detections=boards_with_disc_centres(recording, start.detections, fit.rig))
         shots, problem, fit = _refined(recording, start, free_lens)
     listener.step(STAGE, 3, 4)
     refused = _contradicting(shots, problem, fit)
@@ -97,24 +103,23 @@ def calibrate_rig(
     models, problem, fit = lens_choice(*weighed(problem, fit, stated_px))
     problem, fit = weighed(problem, fit, stated_px)
     target = recording.target
-    shape = None if flat else board_shape(problem, fit, target.points_m)
+    turn = None if named else target.turn
+    shape = None if flat else board_shape(problem, fit, target.points_m, stated_px, turn)
     points_m = target.points_m
     if shape is not None:
         bend, problem, fit = shape
-        problem, fit = weighed(problem, fit, stated_px)
-        points_m = points_m + np.column_stack([np.zeros((len(points_m), 2)), bend.heights_m])
+        points_m = points_m + bend.offsets_m
     # A target that may have been read from either end has no corner that is surely the same in all shots.
-    found = print_errors(problem, fit) if target.turn is None else None
-    points_m = _corrected(points_m, found)
-    problem = replace(problem, points_target=points_m[problem.points])
-    if found is not None:
-        fit = believed(problem, refine_rig(problem, fit.rig, fit.Ts_head_target), found)
+    printed = print_errors(problem, fit, stated_px) if turn is None else None
+    if printed is not None:
+        misprints, problem, fit = printed
+        points_m = _corrected(points_m, misprints)
     refuse_uncertain_focal(problem, fit)
     listener.step(STAGE, 4, 4)
     return replace(
         _result(start, problem, fit, ~given, stated_px),
         points_m=points_m,
-        print_sigma_m=found.sigma_m if found else 0.0,
+        print_sigma_m=0.0 if printed is None else printed[0].sigma_m,
         shape=None if shape is None else shape[0],
         models=models,
     )
@@ -230,22 +235,6 @@ def _refined(recording: Recording, start: _Start, free_lens: Bools) -> tuple[lis
     return shots, problem, refine_rig(problem, start.rig, np.stack([start.Ts_head_target[s] for s in shots]))
 
 
-def _with_disc_centres(recording: Recording, detections: Detections, rig: CameraRig) -> Detections:
-    """The detections of boards corrected for the eccentricity of discs; those of marks as they are."""
-    target = recording.target
-    assert target is not None  # noqa: S101 - the caller made sure
-    boards = np.array([kind in BOARD_KINDS for kind in recording.kinds])[detections.shots]
-    corrected = with_disc_centres(
-        rig,
-        target.points_m,
-        target.circle_radii_m,
-        selected(detections, boards),
-        recording.ids,
-        turn=target.turn,
-    )
-    return joined([corrected, selected(detections, ~boards)])
-
-
 def _contradicting(shots: list[int], problem: RigProblem, fit: RigFit) -> dict[int, str]:
     """Shots whose pixels the common answer explains far worse than those of the others."""
     squares = np.bincount(problem.slots, weights=np.sum(fit.residuals_px**2, axis=1))
@@ -253,10 +242,8 @@ def _contradicting(shots: list[int], problem: RigProblem, fit: RigFit) -> dict[i
     return {shots[k]: beyond_reason(float(rms[k]), float(np.median(rms))) for k in views_beyond(rms)}
 
 
-def _corrected(points_m: Floats, found: PrintErrors | None) -> Floats:
+def _corrected(points_m: Floats, found: PrintErrors) -> Floats:
     """Points of the target where the images show them."""
-    if found is None:
-        return points_m
     corrected = points_m.copy()
     corrected[found.points, :2] += found.offsets_m
     return corrected

@@ -21,14 +21,31 @@ import numpy as np
 from sixthlink.calibrate.target_poses import locate_targets
 from sixthlink.camera import Camera, CameraRig, pixels_from_points
 from sixthlink.geometry import Floats, Ints
-from sixthlink.recording import Detections, selected
+from sixthlink.recording import BOARD_KINDS, Detections, Recording, joined, selected
 
-__all__ = ["eccentricities", "with_disc_centres"]
+__all__ = ["boards_with_disc_centres", "eccentricities", "with_disc_centres"]
 
 ROUNDS = 2
 
 CORNERS = 32
 """Corners of the polygon that shows what the lens does to a disc's image."""
+
+
+def boards_with_disc_centres(recording: Recording, detections: Detections, rig: CameraRig) -> Detections:
+    """The same for all shots of a recording's target; those of marks stay as they are."""
+    target = recording.target
+    if target is None or not target.circle_radii_m.any():
+        return detections
+    boards = np.array([kind in BOARD_KINDS for kind in recording.kinds])[detections.shots]
+    corrected = with_disc_centres(
+        rig,
+        target.points_m,
+        target.circle_radii_m,
+        selected(detections, boards),
+        recording.ids,
+        turn=target.turn,
+    )
+    return joined([corrected, selected(detections, ~boards)])
 
 
 def with_disc_centres(

@@ -41,6 +41,7 @@ from sixthlink.calibrate.lens_evidence import lens_stds
 from sixthlink.calibrate.observations import covariances
 from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.scale_bars import scale_gates
+from sixthlink.calibrate.stereo_check import stereo_gates
 from sixthlink.calibrate.tracked_arm import TrackerData, points_of_the_same_arm, wrong_points
 from sixthlink.calibrate.unobserved import degenerate_motion
 from sixthlink.calibrate.usable import SolveOptions, Usable, motion_of, shot_evidence, usable_shots
@@ -160,6 +161,7 @@ def calibrate_jointly(
             agreement_gate(fitted),
             noise_gate(evidence),
             board_gate(size),
+            *stereo_gates(recording, solved.cameras),
             *scale_gates(solved.data, found),
             *((heldout_gate(heldout, fitted),) if heldout else ()),
         ),

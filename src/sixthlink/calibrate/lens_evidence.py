@@ -14,7 +14,10 @@ from sixthlink.geometry import Floats
 __all__ = ["camera_evidence", "lens_stds", "refuse_uncertain_focal"]
 
 LARGEST_FOCAL_SHARE = 0.05
-"""A focal length less certain than this share of itself is no result: the views hardly tilt."""
+"""A focal length less certain than this share of itself is no result: the views hardly tilt, or show no perspective."""
+
+TILTED_RAD = 0.2
+"""Spread of the target's tilts that is enough for a lens, were the target large enough in the images."""
 
 
 def camera_evidence(problem: RigProblem, fit: RigFit, calibrated: npt.NDArray[np.bool_]) -> tuple[CameraEvidence, ...]:
@@ -43,9 +46,19 @@ def refuse_uncertain_focal(problem: RigProblem, fit: RigFit) -> None:
         fit.rig.names, fit.rig.cameras, lens_stds(problem.unknowns, fit.covariance), strict=True
     ):
         if (std[:2] > LARGEST_FOCAL_SHARE * camera.focal_px).any():
-            raise CalibrationError(
-                f"{unseen_lens(f' of camera {name!r}')} (focal length {camera.focal_px[0]:.0f} ± {std[0]:.0f} pixel)"
-            )
+            figure = f"focal length {camera.focal_px[0]:.0f} ± {std[0]:.0f} pixel"
+            if _tilts_rad(fit) > TILTED_RAD:
+                raise CalibrationError(
+                    f"the views do not determine the intrinsics of camera {name!r} ({figure}): the target is too small "
+                    "or too far away for its perspective to show; come closer, take a larger one, or give them"
+                )
+            raise CalibrationError(f"{unseen_lens(f' of camera {name!r}')} ({figure})")
+
+
+def _tilts_rad(fit: RigFit) -> float:
+    """How far the target's tilts are spread about their mean [rad]."""
+    normals = fit.Ts_head_target[:, :3, 2]
+    return float(np.sqrt(np.mean(np.sum((normals - normals.mean(axis=0)) ** 2, axis=1))))
 
 
 def lens_stds(unknowns: RigUnknowns, covariance: Floats) -> Floats:

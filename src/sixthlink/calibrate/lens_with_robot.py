@@ -3,8 +3,9 @@
 A plane seen by one camera leaves focal length, principal point and depth nearly exchangeable; a few pixels of
 principal point are a few tenths of a degree of the head. The robot's poses tell them apart. Pixels and eq. (10) are
 fitted together: lens, head, placements and every shot's target pose, the pixels weighed by their noise and the loop
-of eq. (10) by its own scatter, so that an inaccurate robot cannot drag the lens away. The shots' poses are eliminated
-one by one (Schur complement); the cost is linear in the shots.
+of eq. (10) by its own scatter, so that an inaccurate robot cannot drag the lens away. Nor can a wrongly declared
+board: the scale of all seen distances is one more unknown, known beforehand to half a per cent. The shots' poses are
+eliminated one by one (Schur complement); the cost is linear in the shots.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ ITERATIONS = 30
 ROUNDS = 3
 """Times that the loop's scatter is estimated anew from the better lens."""
 
+SCALE_SIGMA = 0.005
+"""Standard deviation of the board's size against the robot's lengths, as boards and robots are made."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Data:
@@ -45,6 +49,7 @@ class _State:
 
     lens: Floats
     X: Floats
+    scale: float
     Ts_base_target: Floats
     Ts_head_target: Floats
 
@@ -77,7 +82,7 @@ def refine_lens_with_robot(
         noise_px=cameras.noise_px,
         free=evidence.std > 0.0,
     )
-    state = _State(lens_vector(camera), X, placement_poses(problem, X), problem.Ts_inner)
+    state = _State(lens_vector(camera), X, 1.0, placement_poses(problem, X), problem.Ts_inner)
     covariance = np.zeros((len(state.lens), len(state.lens)))
     for _ in range(ROUNDS):
         found = scatter(replace(problem, Ts_inner=state.Ts_head_target), state.X)
@@ -139,23 +144,29 @@ def _linearised(
     g_s[: A.shape[2]] += np.einsum("mki,mk->i", A, r)
     g_t = np.einsum("nki,nk->ni", by_shot, loop)
     g_t += np.add.reduceat(np.einsum("mki,mk->mi", B, r), data.starts, axis=0)
-    return float(np.sum(r**2) + np.sum(loop**2)), (H_ss, H_tt, H_ts, g_s, g_t)
+    surprise = (state.scale - 1.0) / SCALE_SIGMA
+    H_ss[-1, -1] += SCALE_SIGMA**-2
+    g_s[-1] += surprise / SCALE_SIGMA
+    return float(np.sum(r**2) + np.sum(loop**2) + surprise**2), (H_ss, H_tt, H_ts, g_s, g_t)
 
 
 def _loop(problem: HeadProblem, state: _State, sigmas: Floats, lens_terms: int) -> tuple[Floats, Floats, Floats]:
     """Whitened residual of eq. (10) ``(N, 6)``, and its derivatives by each shot's pose and by all that is shared."""
-    Ts_target = problem.Ts_outer @ state.X @ state.Ts_head_target
+    seen = state.Ts_head_target.copy()
+    seen[:, :3, 3] *= state.scale
+    Ts_target = problem.Ts_outer @ state.X @ seen
     residual = motion_between(state.Ts_base_target[problem.placements], Ts_target) / sigmas
     R_outer = problem.Ts_outer[:, :3, :3]
     turn = R_outer @ state.X[:3, :3]
     N, P = len(residual), len(state.Ts_base_target)
-    by_shot, by_shared = np.zeros((N, 6, 6)), np.zeros((N, 6, lens_terms + 6 + 6 * P))
-    by_shot[:, :3, :3] = by_shot[:, 3:, 3:] = turn
+    by_shot, by_shared = np.zeros((N, 6, 6)), np.zeros((N, 6, lens_terms + 6 + 6 * P + 1))
+    by_shot[:, :3, :3], by_shot[:, 3:, 3:] = state.scale * turn, turn
     head = by_shared[:, :, lens_terms : lens_terms + 6]
     head[:, :3, :3] = head[:, 3:, 3:] = R_outer
-    head[:, :3, 3:] = -R_outer @ hat(state.Ts_head_target[:, :3, 3] @ state.X[:3, :3].T)
+    head[:, :3, 3:] = -R_outer @ hat(seen[:, :3, 3] @ state.X[:3, :3].T)
     for k in range(6):
         by_shared[np.arange(N), k, lens_terms + 6 + 6 * problem.placements + k] = -1.0
+    by_shared[:, :3, -1] = (turn @ state.Ts_head_target[:, :3, 3:])[:, :, 0]
     return residual, by_shot / sigmas[:, None], by_shared / sigmas[:, None]
 
 
@@ -179,10 +190,11 @@ def _stepped(state: _State, data: _Data, shared: Floats, shots: Floats) -> _Stat
     lens = state.lens.copy()
     n = int(np.count_nonzero(data.free))
     lens[data.free] += shared[:n]
-    placements = shared[n + 6 :].reshape(-1, 6)
+    placements = shared[n + 6 : -1].reshape(-1, 6)
     return _State(
         lens,
         apply_motion(state.X, shared[n : n + 6]),
+        state.scale + float(shared[-1]),
         apply_motion(state.Ts_base_target, placements),
         apply_motion(state.Ts_head_target, shots),
     )

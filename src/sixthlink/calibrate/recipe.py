@@ -24,9 +24,11 @@ from sixthlink.calibrate.head import (
     scatter,
     search_box,
     search_head,
+    solve_certified,
 )
 from sixthlink.calibrate.heldout import held_out
 from sixthlink.calibrate.rig_calibration import RigCalibration
+from sixthlink.calibrate.stereo_check import stereo_gates
 from sixthlink.calibrate.strays import stray_gate
 from sixthlink.calibrate.usable import SolveOptions, Usable, shot_evidence, usable_with_final_lens
 from sixthlink.geometry import Floats, inverse
@@ -93,6 +95,7 @@ def calibrate_head(
             agreement_gate(found),
             stray_gate(usable.problem, [recording.ids[s] for s in usable.shots]),
             *((board_gate(size),) if size else ()),
+            *stereo_gates(recording, final),
             *((heldout_gate(heldout, found),) if heldout else ()),
         ),
         unobserved=usable.unobserved,
@@ -128,7 +131,10 @@ def _searched(
 
 
 def _board_scale(usable: Usable, X: Floats, found: Scatter) -> BoardScale:
-    """The board's size by the motion of the usable shots."""
+    """The board's size by the motion of the usable shots, under the lens that does not know of the robot yet."""
+    if usable.by_images is not None:
+        usable = usable.by_images
+        X = solve_certified(usable.eq11)[0]
     lens = usable.cameras.covariance if usable.cameras else np.zeros((0, 0))
     by_lens = usable.targets.by_rig if usable.targets else np.zeros((len(usable.shots), 6, 0))
     return scale_by_head(usable.problem, X, found, by_lens, lens)

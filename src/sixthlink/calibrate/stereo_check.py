@@ -13,16 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import fdtrc
 
+from sixthlink.calibrate.calibration import Gate
+from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.camera import Camera, CameraRig, rays_from_pixels
 from sixthlink.geometry import Floats, Ints, hat, inverse
-from sixthlink.recording import Detections, Recording
+from sixthlink.recording import Detections, Recording, selected, shots_of_kind
 from sixthlink.target import turn_names
 
-__all__ = ["StereoCheck", "stereo_checks"]
+__all__ = ["StereoCheck", "given_rig", "stereo_checks", "stereo_gates"]
 
 FALSE_ALARM = 1e-4
 STALE_PX = 0.2
 """Systematic distance from the epipolar lines from which a calibration is stale: good ones leave a few hundredths."""
+
+STALE_SHARE, STANDARD_DEVIATIONS = 0.003, 5.0
+"""What the triangulated size of the board must be off by to be told, both as a share and against its scatter."""
 
 FEWEST_POINTS = 12
 
@@ -42,7 +47,7 @@ class StereoCheck:
         scale_std: Standard deviation of it, by the scatter of the points.
         length_m: Longest side of the board's points as triangulated [m].
         declared_m: The same as declared [m].
-        stale: Whether the calibration no longer fits.
+        stale: Whether the calibration no longer fits, or the board's size does not.
         words: All of it for people, and what to do.
     """
 
@@ -65,7 +70,7 @@ def stereo_checks(recording: Recording, detections: Detections) -> tuple[StereoC
 
     Args:
         recording: The recording.
-        detections: What its cameras saw of the target.
+        detections: What its cameras saw of the target, ellipses' middles corrected to those of discs.
     """
     cameras, target = recording.head.cameras, recording.target
     if target is None or len(cameras) < 2 or cameras[0].camera is None:
@@ -81,6 +86,27 @@ def stereo_checks(recording: Recording, detections: Detections) -> tuple[StereoC
         if sum(len(p.points) for p in pairs) >= FEWEST_POINTS:
             checks.append(_check(rig, pairs, target.points_m))
     return tuple(checks)
+
+
+def given_rig(recording: Recording) -> CameraRig | None:
+    """The head as it was given; None where a lens or a pose is left to these images."""
+    cameras = recording.head.cameras
+    lenses = [d.camera for d in cameras if d.camera is not None]
+    poses = [np.eye(4), *(d.T_camera_head for d in cameras[1:] if d.T_camera_head is not None)]
+    if not len(cameras) == len(lenses) == len(poses):
+        return None
+    return CameraRig(tuple(d.name for d in cameras), tuple(lenses), np.stack(poses))
+
+
+def stereo_gates(recording: Recording, cameras: RigCalibration | None) -> tuple[Gate, ...]:
+    """Whether the given calibration of the cameras against each other still fits the calibration shots."""
+    if cameras is None:
+        return ()
+    seen = selected(cameras.detections, np.isin(cameras.detections.shots, shots_of_kind(recording, "calibrate")))
+    return tuple(
+        Gate(f"stereo calibration fits ({' and '.join(check.cameras)})", not check.stale, check.words)
+        for check in stereo_checks(recording, seen)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +156,8 @@ def _check(rig: CameraRig, pairs: list[_Pair], points_m: Floats) -> StereoCheck:
     weights = 1.0 / np.array(spread) ** 2
     scale, scale_std = float(np.average(ratios, weights=weights)), float(1.0 / np.sqrt(weights.sum()))
     declared = float(np.ptp(points_m[:, :2], axis=0).max())
-    stale = systematic > STALE_PX and chance < FALSE_ALARM
+    moved = systematic > STALE_PX and chance < FALSE_ALARM
+    sized = abs(scale - 1.0) <= max(STALE_SHARE, STANDARD_DEVIATIONS * scale_std)
     rms = float(np.sqrt(np.mean(off**2)))
     words = (
         f"{rig.names[1]} against {rig.names[0]}: points lie {rms:.3f} pixel (RMS) beside their epipolar lines, "
@@ -138,10 +165,11 @@ def _check(rig: CameraRig, pairs: list[_Pair], points_m: Floats) -> StereoCheck:
         f"{declared * 1e3:.2f} mm of the board measure {scale * declared * 1e3:.3f} ± "
         f"{scale_std * declared * 1e3:.3f} mm"
     )
-    if stale:
+    if moved or not sized:
+        cause = "" if moved else f", or the size of the board is declared wrong by {100.0 * (scale - 1.0):+.2f} %"
         words += (
-            ": stale, the cameras have moved against each other since they were calibrated; calibrate the head again, "
-            "or leave its poses out and let these images calibrate it"
+            f": stale, the cameras have moved against each other since they were calibrated{cause}; calibrate the head "
+            "again, or leave its poses out and let these images calibrate it"
         )
     return StereoCheck(
         (rig.names[0], rig.names[1]),
@@ -154,7 +182,7 @@ def _check(rig: CameraRig, pairs: list[_Pair], points_m: Floats) -> StereoCheck:
         scale_std,
         scale * declared,
         declared,
-        stale,
+        moved or not sized,
         words,
     )
 

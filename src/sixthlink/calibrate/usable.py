@@ -88,6 +88,7 @@ class Usable:
         rejections: Everything that was refused on the way here.
         held: What the motion does not show and eq. (11) therefore holds.
         unobserved: The same for the record; None where the whole head is seen.
+        by_images: The same shots under the lens that the images alone determine, where the robot has refined it.
     """
 
     cameras: RigCalibration | None
@@ -100,6 +101,7 @@ class Usable:
     rejections: tuple[Rejection, ...]
     held: Held | None = None
     unobserved: Unobserved | None = None
+    by_images: Usable | None = None
 
 
 def usable_with_final_lens(
@@ -122,7 +124,8 @@ def usable_with_final_lens(
         return replace(usable, eq11=held_objective(usable.eq11, held), held=held, unobserved=unobserved)
     if cameras and len(cameras.cameras) == 1 and cameras.cameras[0].calibrated:
         X = solve_certified(usable.eq11)[0]
-        usable = usable_shots(recording, _with_robot(recording, cameras, usable, X), options, rejections)
+        refined = usable_shots(recording, _with_robot(recording, cameras, usable, X), options, rejections)
+        return replace(refined, by_images=usable)
     return usable
 
 
@@ -185,8 +188,7 @@ def usable_shots(
     try:
         problem = head_problem(recording.mount, flange_poses_of(recording)[shots], Ts_head_target, placements)
     except TooFewShotsError as few:
-        reasons = "".join(f"\n  {r.shot} {r.camera}: {r.reason}" for r in rejected)
-        raise TooFewShotsError(f"{few}{reasons}", needed=few.needed, usable=few.usable) from None
+        raise few.because(str(r) for r in rejected) from None
     turns = np.zeros(len(shots), dtype=np.int64)
     if targets and recording.target is not None and recording.target.turn is not None:
         Ts_target_renamed = turn_transforms(recording.target.points_m, recording.target.turn)

@@ -63,6 +63,9 @@ class Rejection:
     camera: str
     reason: str
 
+    def __str__(self) -> str:
+        return f"{self.shot} {self.camera}".rstrip() + f": {self.reason}"
+
 
 def selected(detections: Detections, mask: npt.NDArray[np.bool_]) -> Detections:
     """The rows where ``mask`` ``(M,)`` is true."""

@@ -9,6 +9,7 @@ says so to whoever compares images.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,7 @@ from sixthlink.target.failings import failing_of
 from sixthlink.target.other_boards import another_board, goes_on, second_board
 from sixthlink.target.other_kinds import other_dots, other_tags
 from sixthlink.target.rooms import cell_sides, square_room_px
-from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, refine_saddles
+from sixthlink.target.saddle import LARGEST_HALF_WINDOW_PX, SMALLEST_HALF_WINDOW_PX, Saddles, refine_saddles
 from sixthlink.target.target import Found, GreyImage, NotFound
 
 __all__ = ["Chessboard"]
@@ -104,10 +105,21 @@ class Chessboard:
 
     def whole(self, image: GreyImage) -> Found | NotFound | None:
         """All inner corners in one image; None where none are seen, without a search for the reason."""
-        seen = self._coarse(image)
-        if seen is None:
-            return None
-        coarse, reduced = seen
+        failed = None
+        for coarse, reduced in self._coarse(image):
+            refined = self._refined(image, coarse)
+            if isinstance(refined, NotFound):  # a closer look may do better
+                failed = failed or refined
+                continue
+            grid = refined.pixels.reshape(self.rows, self.columns, 2)
+            wrong = burnt_out(image, refined.pixels) or goes_on(image, grid) or second_board(image, reduced, grid)
+            if wrong:
+                return NotFound(wrong)
+            return self._ordered(image, grid, refined.sigmas_px.reshape(self.rows, self.columns))
+        return failed
+
+    def _refined(self, image: GreyImage, coarse: Floats) -> Saddles | NotFound:
+        """All corners to hundredths of a pixel, in a regular grid."""
         smallest = _smallest_square(coarse)
         if smallest < SMALLEST_SQUARE_PX:
             return NotFound(
@@ -120,15 +132,11 @@ class Chessboard:
             u, v = coarse.reshape(-1, 2)[~refined.good][0]
             return NotFound(
                 f"{np.count_nonzero(~refined.good)} corners could not be refined, the first near ({u:.0f}, {v:.0f}): "
-                "at the image's edge, covered or blurred"
+                "at the image's edge, covered, glaring or blurred"
             )
-        grid = refined.pixels.reshape(self.rows, self.columns, 2)
-        if not _regular(grid):
+        if not _regular(refined.pixels.reshape(self.rows, self.columns, 2)):
             return NotFound("the corners do not form a regular grid: something else was taken for a chessboard")
-        wrong = burnt_out(image, grid.reshape(-1, 2)) or goes_on(image, grid) or second_board(image, reduced, grid)
-        if wrong:
-            return NotFound(wrong)
-        return self._ordered(image, grid, refined.sigmas_px.reshape(self.rows, self.columns))
+        return refined
 
     def _why_not(self, image: GreyImage) -> str:
         return (
@@ -138,8 +146,8 @@ class Chessboard:
             or another_board(image, self.columns, self.rows)
         )
 
-    def _coarse(self, image: GreyImage) -> tuple[Floats, GreyImage] | None:
-        """``(rows, columns, 2)`` first estimates [pixel] in OpenCV's order, and the reduced image that shows them."""
+    def _coarse(self, image: GreyImage) -> Iterator[tuple[Floats, GreyImage]]:
+        """``(rows, columns, 2)`` first estimates [pixel] in OpenCV's order, and the reduced images that show them."""
         import cv2
 
         usual = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
@@ -151,12 +159,11 @@ class Chessboard:
             flags = usual if width <= QUICK_WIDTH_PX else usual | cv2.CALIB_CB_FAST_CHECK
             found, corners = cv2.findChessboardCorners(reduced, size, flags=flags)
             if found:
-                return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2), reduced
+                yield full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2), reduced
         reduced = reduced_image(image, CLOSER_WIDTH_PX)
         found, corners = cv2.findChessboardCornersSB(reduced, size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
         if found:
-            return full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2), reduced
-        return None
+            yield full_pixels(corners, reduced, image).reshape(self.rows, self.columns, 2), reduced
 
     def _ordered(self, image: GreyImage, grid: Floats, sigmas_px: Floats) -> Found | NotFound:
         """The corners in the board's own order: right-handed, and black first where that means something."""

@@ -13,14 +13,14 @@ from sixthlink.calibrate import (
     RigCalibration,
     SolveOptions,
     SolverScore,
+    calibrate_cameras,
     calibrate_head,
     calibrate_jointly,
-    calibrate_rig,
     compare_solvers,
     problem_of_recording,
 )
 from sixthlink.calibrate.touches import ArmCalibration
-from sixthlink.errors import CalibrationError, Finding, InputError
+from sixthlink.errors import CalibrationError, Finding, InputError, TooFewShotsError
 from sixthlink.files import (
     atomic_write_text,
     image_notes,
@@ -111,7 +111,7 @@ def calibrate_folder(
 
     calibration = replace(estimate(cameras, progress), notes=image_notes(folder, recording))
     if cameras is not None and seen is not None and cameras.shape is not None:
-        flat = estimate(calibrate_rig(recording, seen, flat=True), Silent())
+        flat = estimate(calibrate_cameras(recording, seen, options=options, flat=True), Silent())
         calibration = replace(calibration, board=_with_effect(calibration, flat))
     page = report_page(
         calibration,
@@ -174,4 +174,7 @@ def _seen_by_cameras(
     if recording.Ts_head_target is not None:
         return None, None, ()
     detections, rejections = look(folder, recording, progress)
-    return calibrate_rig(recording, detections, progress=progress), detections, rejections
+    try:
+        return calibrate_cameras(recording, detections, progress=progress), detections, rejections
+    except TooFewShotsError as few:
+        raise few.because(str(r) for r in rejections) from None

@@ -10,7 +10,14 @@ from threading import Lock
 
 import numpy as np
 
-from sixthlink.calibrate import RigCalibration, StereoCheck, calibrate_rig, stereo_checks
+from sixthlink.calibrate import (
+    RigCalibration,
+    StereoCheck,
+    boards_with_disc_centres,
+    calibrate_rig,
+    given_rig,
+    stereo_checks,
+)
 from sixthlink.detect import detect
 from sixthlink.errors import CalibrationError
 from sixthlink.files import DetectionMemory, image_notes, image_reader, read_recording, write_detections
@@ -125,6 +132,9 @@ def detect_folder(
     boards = selected(
         detections, np.isin(detections.shots, [i for i, k in enumerate(recording.kinds) if k in BOARD_KINDS])
     )
+    given = given_rig(recording)
+    if given is not None:
+        boards = boards_with_disc_centres(recording, boards, given)
     cameras, why = _cameras(recording, detections)
     report = ImageReport(
         recording=recording,
