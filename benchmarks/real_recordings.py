@@ -18,7 +18,7 @@ import numpy as np
 from sixthlink.calibrate import (
     RigCalibration,
     SolveOptions,
-    calibrate_rig,
+    calibrate_cameras,
     locate_targets,
     problem_of_recording,
 )
@@ -99,7 +99,7 @@ def main() -> None:
             recording, cameras = read_recording(path), None
             if recording.Ts_head_target is None:
                 detections, _ = detect(recording, image_reader(path, recording))
-                cameras = calibrate_rig(recording, detections)
+                cameras = calibrate_cameras(recording, detections)
                 std = cameras.cameras[0].std
                 alone = scatter_text(from_images_alone(recording, cameras), 1.0)
                 point = f"principal point ± {std[2]:.1f}, {std[3]:.1f} px"

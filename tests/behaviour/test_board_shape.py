@@ -6,6 +6,8 @@ printed keeps its lengths as seen from the front.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -145,3 +147,14 @@ def test_before_the_robot_has_spoken_misprints_of_a_symmetric_board_are_no_bend(
         points = centred(target) + np.pad(0.1e-3 * random.standard_normal((48, 2)), ((0, 0), (0, 1)))
         recording = recorded(points, target, seed=seed, tilt_deg=15.0, turned=True)
         assert calibrate_rig(recording, recording.pixels).shape is None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_wrongly_declared_size_does_not_drag_the_lens_along(seed):
+    """With its size taken for granted, the focal length would take up a part of the 2 %."""
+    right = recorded(centred(BOARD), seed=seed, tilt_deg=12.0)
+    recording = replace(right, target=replace(BOARD, square_m=1.02 * BOARD.square_m))
+    _, found = head_off(recording, calibrate_cameras(recording, recording.pixels))
+    assert [gate.name for gate in found.gates if not gate.passed] == ["board as large as declared"]
+    assert found.board.scale == pytest.approx(1.0 / 1.02, abs=3.0 * found.board.scale_std)
+    assert np.abs((found.rig.cameras[0].focal_px - [1400.0, 1402.0]) / found.cameras[0].std[:2]).max() < 4.0

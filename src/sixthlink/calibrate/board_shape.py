@@ -23,6 +23,7 @@ from scipy.special import fdtrc
 from sixthlink.calibrate.corner_system import CornerSystem, corner_spread, corner_system
 from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, refine_rig
 from sixthlink.calibrate.unexplained import weighed
+from sixthlink.errors import CalibrationError
 from sixthlink.geometry import Floats, Ints, frozen_floats
 from sixthlink.target import turn_names
 
@@ -122,10 +123,17 @@ def board_shape(
         sheet = _sheet(points_m, names, order)
         if sheet is None or len(np.unique(names.min(axis=0))) < CORNERS_PER_SHAPE * sheet.shapes.shape[1]:
             break
-        if sheet.shapes.shape[1] == best.unknowns:
+        K = sheet.shapes.shape[1]
+        if best.unknowns == K:
+            continue
+        first = _step(corner_system(best.problem, best.fit, sheet.shapes), names, K)
+        if _chance(*first, best.unknowns) >= FALSE_ALARM:
             continue
         sheets = sheet, replace(sheet, stretches=True)
-        bends = [_bent(flat, k, names, best.unknowns, stated_px) for k in sheets]
+        try:
+            bends = [_bent(flat, k, names, best.unknowns, stated_px) for k in sheets]
+        except CalibrationError:  # it ran away: something else than a bend is wrong
+            continue
         tried = min(bends, key=lambda bend: bend.cost)
         more_m = float(np.ptp(tried.offsets_m[:, 2] - best.offsets_m[:, 2]))
         if tried.chance < FALSE_ALARM and more_m > WORTH_TELLING_M and tried.cost < (1.0 - EXPLAINED) * best.cost:
@@ -151,7 +159,6 @@ def _bent(flat: _Bend, sheet: _Sheet, names: Ints, known: int, stated_px: Floats
             break
     _, covariance, freedom = _step(corner_system(problem, fit, shapes), names, len(heights))
     between = shapes[np.argmax(offsets[:, 2])] - shapes[np.argmin(offsets[:, 2])]
-    new, C = heights[known:], covariance[known:, known:]
     return _Bend(
         problem=problem,
         fit=fit,
@@ -159,8 +166,14 @@ def _bent(flat: _Bend, sheet: _Sheet, names: Ints, known: int, stated_px: Floats
         cost=_cost(flat.problem, fit.residuals_px),
         unknowns=len(heights),
         sag_std_m=float(np.sqrt(between @ covariance @ between)),
-        chance=float(fdtrc(len(new), freedom, new @ np.linalg.solve(C, new) / len(new))),
+        chance=_chance(heights, covariance, freedom, known),
     )
+
+
+def _chance(heights: Floats, covariance: Floats, freedom: int, known: int) -> float:
+    """How often chance alone makes heights beyond the first ``known`` as large as these (F test)."""
+    new, C = heights[known:], covariance[known:, known:]
+    return float(fdtrc(len(new), freedom, new @ np.linalg.solve(C, new) / len(new)))
 
 
 def _step(system: CornerSystem, names: Ints, K: int) -> tuple[Floats, Floats, int]:
@@ -169,7 +182,7 @@ def _step(system: CornerSystem, names: Ints, K: int) -> tuple[Floats, Floats, in
     Corners err alike in all views. Where they are surely the same ones, their offsets are unknowns; where one may have
     been taken for another, its share of the gradient and the other's are one draw (Liang and Zeger 1986).
     """
-    gradient, A = system.shares.sum(axis=0), system.A
+    gradient, A = system.gradient, system.A
     if len(names) == 1:
         spread = corner_spread(system, np.zeros(len(system.y)))
         noise2 = system.cost / max(system.freedom, 1) if spread is None else spread.noise2

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, prior_information
+from sixthlink.calibrate.rig_refinement import RigFit, RigProblem, free_terms, prior_information
 from sixthlink.camera import rig_pixels
 from sixthlink.geometry import Floats, Ints, hat
 
@@ -35,7 +35,8 @@ class CornerSystem:
         T: ``(G + K, 2 P)`` between these and the corners.
         K0: ``(2 P, 2 P)`` on the corners.
         y: ``(2 P,)`` gradient by the corners.
-        shares: ``(P, G + K)`` each corner's share of the gradient by the shared unknowns.
+        gradient: ``(G + K,)`` by the shared unknowns.
+        shares: ``(P, G + K)`` each corner's share of it.
         cost: Whitened sum of squares.
         freedom: Pixel coordinates less unknowns, the corners not counted.
     """
@@ -45,6 +46,7 @@ class CornerSystem:
     T: Floats
     K0: Floats
     y: Floats
+    gradient: Floats
     shares: Floats
     cost: float
     freedom: int
@@ -97,16 +99,21 @@ def corner_system(problem: RigProblem, fit: RigFit, shapes: Floats | None = None
     r = fit.residuals_px * weight[:, 0]
     starts, of_own = np.searchsorted(problem.slots, np.arange(S)), np.swapaxes(own, 1, 2)
     own_information = np.add.reduceat(of_own @ own, starts)
-    absorbed = np.linalg.solve(own_information, np.add.reduceat(of_own @ shared, starts))
+    every = np.concatenate([shared, r[:, :, None]], axis=2)
+    absorbed = np.linalg.solve(own_information, np.add.reduceat(of_own @ every, starts))
     # What no pose of the target explains too.
-    shared = shared - own @ absorbed[problem.slots]
+    every = every - own @ absorbed[problem.slots]
+    shared, r = every[:, :, :-1], every[:, :, -1]
     of_shared, of_corner = np.swapaxes(shared, 1, 2), np.swapaxes(B, 1, 2)
     A = np.asarray(np.sum(of_shared @ shared, axis=0))
-    A[:G, :G] += np.diag(prior_information(problem))
+    before = prior_information(problem)
+    A[:G, :G] += np.diag(before)
     crossed, shares, y = np.zeros((P, shared.shape[2], 2)), np.zeros((P, shared.shape[2])), np.zeros((P, 2))
     np.add.at(crossed, index, of_shared @ B)
     np.add.at(shares, index, (of_shared @ r[:, :, None])[:, :, 0])
     np.add.at(y, index, (of_corner @ r[:, :, None])[:, :, 0])
+    gradient = shares.sum(axis=0)
+    gradient[:G] += before * free_terms(problem, fit.rig)
     corners, own_corner = np.zeros((P, 2, 2)), np.zeros((S, P, 6, 2))
     np.add.at(corners, index, of_corner @ B)
     np.add.at(own_corner, (problem.slots, index), of_own @ B)
@@ -120,6 +127,7 @@ def corner_system(problem: RigProblem, fit: RigFit, shapes: Floats | None = None
         T=crossed.transpose(1, 0, 2).reshape(-1, 2 * P),
         K0=K0.reshape(2 * P, 2 * P) - explained,
         y=y.ravel(),
+        gradient=gradient,
         shares=shares,
         cost=float(np.sum(r * r)),
         freedom=2 * M - 6 * S - shared.shape[2],
@@ -133,7 +141,9 @@ def corner_spread(system: CornerSystem, offsets_m: Floats) -> CornerSpread | Non
         system: The normal equations with the corners off by ``offsets_m``.
         offsets_m: ``(2 P,)``.
     """
-    K = system.K0 - system.T.T @ np.linalg.solve(system.A, system.T)
+    solved = np.linalg.solve(system.A, np.column_stack([system.T, system.gradient]))
+    K, y = system.K0 - system.T.T @ solved[:, :-1], system.y - system.T.T @ solved[:, -1]
+    cost = system.cost - float(system.gradient @ solved[:, -1])
     k, V = np.linalg.eigh(K)
     seen = k > 1e-9 * k[-1]
     k, V = k[seen], V[:, seen]
@@ -141,8 +151,8 @@ def corner_spread(system: CornerSystem, offsets_m: Floats) -> CornerSpread | Non
     if freedom < 1:
         return None
     # What corners are off by already is part of their whole offset, of which the print's variance speaks.
-    left, z = V.T @ system.y, V.T @ (system.y - K @ offsets_m)
-    noise2 = max(system.cost - float(np.sum(left**2 / k)), LEAST_NOISE * system.cost) / freedom
+    left, z = V.T @ y, V.T @ (y - K @ offsets_m)
+    noise2 = max(cost - float(np.sum(left**2 / k)), LEAST_NOISE * system.cost) / freedom
     print2, std = _print_variance(k, z, noise2)
     return CornerSpread(k, V, z, noise2, print2 if print2 > SIGNIFICANCE * std else 0.0)
 

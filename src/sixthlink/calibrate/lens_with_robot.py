@@ -3,9 +3,9 @@
 A plane seen by one camera leaves focal length, principal point and depth nearly exchangeable; a few pixels of
 principal point are a few tenths of a degree of the head. The robot's poses tell them apart. Pixels and eq. (10) are
 fitted together: lens, head, placements and every shot's target pose, the pixels weighed by their noise and the loop
-of eq. (10) by its own scatter, so that an inaccurate robot cannot drag the lens away. Nor can a wrongly declared
-board: the scale of all seen distances is one more unknown, known beforehand to half a per cent. The shots' poses are
-eliminated one by one (Schur complement); the cost is linear in the shots.
+of eq. (10) by its own scatter, so that an inaccurate robot cannot drag the lens away. Nor can a board whose declared
+size is in doubt: then the scale of all seen distances is one more unknown. The shots' poses are eliminated one by one
+(Schur complement); the cost is linear in the shots.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ ITERATIONS = 30
 ROUNDS = 3
 """Times that the loop's scatter is estimated anew from the better lens."""
 
-SCALE_SIGMA = 0.005
-"""Standard deviation of the board's size against the robot's lengths, as boards and robots are made."""
+SURE, DOUBTED = 1e-6, 0.02
+"""Standard deviation of the board's size against the robot's lengths: as declared, and where the robot doubts it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +40,7 @@ class _Data:
     points_target: Floats
     pixels: Floats
     noise_px: float
+    scale_sigma: float
     free: npt.NDArray[np.bool_]
 
 
@@ -55,7 +56,7 @@ class _State:
 
 
 def refine_lens_with_robot(
-    cameras: RigCalibration, points_m: Floats, shots: Ints, problem: HeadProblem, X: Floats
+    cameras: RigCalibration, points_m: Floats, shots: Ints, problem: HeadProblem, X: Floats, *, doubted: bool
 ) -> RigCalibration:
     """The lens of a single calibrated camera, fitted to pixels and robot together.
 
@@ -65,6 +66,7 @@ def refine_lens_with_robot(
         shots: ``(N,)`` index in the recording of each shot of the problem.
         problem: Eq. (10) with the poses under that camera.
         X: ``(4, 4)`` the head under that camera.
+        doubted: Whether the declared size of the target is in doubt.
 
     Returns:
         The same calibration with the better lens and its standard deviations.
@@ -80,6 +82,7 @@ def refine_lens_with_robot(
         points_target=points_m[seen.points[order]],
         pixels=seen.pixels[order],
         noise_px=cameras.noise_px,
+        scale_sigma=DOUBTED if doubted else SURE,
         free=evidence.std > 0.0,
     )
     state = _State(lens_vector(camera), X, 1.0, placement_poses(problem, X), problem.Ts_inner)
@@ -144,9 +147,9 @@ def _linearised(
     g_s[: A.shape[2]] += np.einsum("mki,mk->i", A, r)
     g_t = np.einsum("nki,nk->ni", by_shot, loop)
     g_t += np.add.reduceat(np.einsum("mki,mk->mi", B, r), data.starts, axis=0)
-    surprise = (state.scale - 1.0) / SCALE_SIGMA
-    H_ss[-1, -1] += SCALE_SIGMA**-2
-    g_s[-1] += surprise / SCALE_SIGMA
+    surprise = (state.scale - 1.0) / data.scale_sigma
+    H_ss[-1, -1] += data.scale_sigma**-2
+    g_s[-1] += surprise / data.scale_sigma
     return float(np.sum(r**2) + np.sum(loop**2) + surprise**2), (H_ss, H_tt, H_ts, g_s, g_t)
 
 

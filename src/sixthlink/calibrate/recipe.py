@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sixthlink.calibrate.board_scale import BoardScale, board_evidence, board_gate, scale_by_head
+from sixthlink.calibrate.board_scale import BoardScale, board_evidence, board_gate
 from sixthlink.calibrate.calibration import Calibration
 from sixthlink.calibrate.gates import agreement_gate, gates_of, heldout_gate
 from sixthlink.calibrate.head import (
@@ -132,12 +132,9 @@ def _searched(
 
 def _board_scale(usable: Usable, X: Floats, found: Scatter) -> BoardScale:
     """The board's size by the motion of the usable shots, under the lens that does not know of the robot yet."""
-    if usable.by_images is not None:
-        usable = usable.by_images
-        X = solve_certified(usable.eq11)[0]
-    lens = usable.cameras.covariance if usable.cameras else np.zeros((0, 0))
-    by_lens = usable.targets.by_rig if usable.targets else np.zeros((len(usable.shots), 6, 0))
-    return scale_by_head(usable.problem, X, found, by_lens, lens)
+    if usable.by_images is None:
+        return usable.board_size(X, found)
+    return usable.by_images.board_size(solve_certified(usable.by_images.eq11)[0], found)
 
 
 def _T_link5_outer(recording: Recording) -> Floats:

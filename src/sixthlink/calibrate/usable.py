@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from sixthlink.calibrate.board_scale import BoardScale, scale_by_head
 from sixthlink.calibrate.calibration import ShotEvidence
 from sixthlink.calibrate.head import (
     HeadProblem,
@@ -21,6 +22,7 @@ from sixthlink.calibrate.head import (
     held_objective,
     objective,
     observability,
+    scatter,
     solve_certified,
 )
 from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
@@ -103,6 +105,12 @@ class Usable:
     unobserved: Unobserved | None = None
     by_images: Usable | None = None
 
+    def board_size(self, X: Floats, fitted: Scatter) -> BoardScale:
+        """The size of the board by the motion of the shots, weighed by their scatter under a head ``(4, 4)``."""
+        covariance = self.cameras.covariance if self.cameras else np.zeros((0, 0))
+        by_lens = self.targets.by_rig if self.targets else np.zeros((len(self.shots), 6, 0))
+        return scale_by_head(self.problem, X, fitted, by_lens, covariance)
+
 
 def usable_with_final_lens(
     recording: Recording,
@@ -124,8 +132,9 @@ def usable_with_final_lens(
         return replace(usable, eq11=held_objective(usable.eq11, held), held=held, unobserved=unobserved)
     if cameras and len(cameras.cameras) == 1 and cameras.cameras[0].calibrated:
         X = solve_certified(usable.eq11)[0]
-        refined = usable_shots(recording, _with_robot(recording, cameras, usable, X), options, rejections)
-        return replace(refined, by_images=usable)
+        size = usable.board_size(X, scatter(usable.problem, X))
+        better = _with_robot(recording, cameras, usable, X, doubted=size.wrong or size.doubtful)
+        return replace(usable_shots(recording, better, options, rejections), by_images=usable)
     return usable
 
 
@@ -134,7 +143,9 @@ def motion_of(recording: Recording, usable: Usable) -> Observability:
     return observability(usable.problem, carrier="flange" if recording.mount == EYE_IN_HAND else "base")
 
 
-def _with_robot(recording: Recording, cameras: RigCalibration, usable: Usable, X: Floats) -> RigCalibration:
+def _with_robot(
+    recording: Recording, cameras: RigCalibration, usable: Usable, X: Floats, *, doubted: bool
+) -> RigCalibration:
     """A single camera whose lens the robot has helped to determine, its detections named alike in all shots."""
     target = recording.target
     if target is None:
@@ -145,7 +156,7 @@ def _with_robot(recording: Recording, cameras: RigCalibration, usable: Usable, X
         d = cameras.detections
         points = turn_names(target.turn, len(target.points_m))[of_shot[d.shots], d.points]
         cameras = replace(cameras, detections=replace(d, points=points))
-    return refine_lens_with_robot(cameras, cameras.points_m, usable.shots, usable.problem, X)
+    return refine_lens_with_robot(cameras, cameras.points_m, usable.shots, usable.problem, X, doubted=doubted)
 
 
 def located_targets(
