@@ -29,6 +29,9 @@ OUTLIER_FACTOR, OUTLIER_FLOOR_PX = 4.0, 0.1
 WELL_EXPLAINED_PX, FAR_BETTER = 0.3, 0.5
 """A pinhole lens that leaves more than this gives way to a fisheye that leaves less than this share of it."""
 
+NARROW = 0.5
+"""Distance from the image's centre, in focal lengths, that the points of every lens reach that may be a fisheye."""
+
 
 @dataclass(frozen=True, eq=False)
 class LensStart:
@@ -95,7 +98,8 @@ def _calibrated(
         if wide is None:
             raise
         return wide
-    if np.median(per_view) > WELL_EXPLAINED_PX:
+    farthest = float(np.linalg.norm((seen.pixels - camera.centre_px) / camera.focal_px, axis=1).max())
+    if np.median(per_view) > WELL_EXPLAINED_PX and farthest > NARROW:
         wide = guessed_fisheye(description, points_m, seen, shots)
         if wide is not None and np.median(wide[1]) < FAR_BETTER * np.median(per_view):
             return wide
