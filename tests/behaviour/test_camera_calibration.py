@@ -386,7 +386,7 @@ def test_a_symmetric_board_read_from_different_ends_is_put_right(target):
     straight, result = (calibrate_rig(case.recording, seen) for seen in (d, mixed))
     assert result.rejections == ()
     assert np.array_equal(result.detections.points, d.points)
-    assert np.abs(result.rig.Ts_camera_head[1] - straight.rig.Ts_camera_head[1]).max() < 1e-8
+    assert np.abs(result.rig.Ts_camera_head[1] - straight.rig.Ts_camera_head[1]).max() < 1e-9
 
 
 def test_marks_of_the_length_standard_play_no_part(case, result):

@@ -6,7 +6,7 @@ are a matter of the pose: to second order three, curved along x, along y, and tw
 twelve. A sheet that was printed and then bent does not stretch: its points come nearer to each other as seen from the
 front, by the displacements (u, v) that leave least strain,
 
-    u_x + z_x² / 2,   v_y + z_y² / 2,   u_y + v_x + z_x z_y
+    u_x + z_x² / 2,   v_y + z_y² / 2,   u_y + v_x + z_x z_y                              (S7)
 
 A plate that was bent when it was printed has its points above where they should be. The views tell which. With lenses,
 camera poses and target poses free, they tell h and its covariance; an order enters where it stands out from both noise

@@ -7,12 +7,9 @@ the robot tells the ends apart (:mod:`sixthlink.calibrate.turns`); between place
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from sixthlink.calibrate.cameras import calibrate_rig
 from sixthlink.calibrate.rig_calibration import RigCalibration
+from sixthlink.calibrate.turns import renamed
 from sixthlink.calibrate.usable import SolveOptions, usable_shots
 from sixthlink.errors import TooFewShotsError
 from sixthlink.progress import Progress, Silent
@@ -26,7 +23,6 @@ def calibrate_cameras(
     recording: Recording,
     detections: Detections,
     *,
-    options: SolveOptions | None = None,
     progress: Progress | None = None,
     flat: bool = False,
 ) -> RigCalibration:
@@ -35,7 +31,6 @@ def calibrate_cameras(
     Args:
         recording: The recording with its robot poses.
         detections: What the cameras saw.
-        options: Choices of the solver.
         progress: Listener.
         flat: Whether the target counts as flat, whatever the images show.
 
@@ -49,11 +44,8 @@ def calibrate_cameras(
         return calibrate_rig(recording, detections, progress=progress, flat=flat)
     first = calibrate_rig(recording, detections, progress=Silent(), flat=True)
     try:
-        usable = usable_shots(recording, first, options or SolveOptions(), ())
+        usable = usable_shots(recording, first, SolveOptions(), ())
     except TooFewShotsError:  # whoever looks for the head tells why
         return first
-    turns = np.zeros(len(recording.ids), dtype=np.int64)
-    turns[usable.shots] = usable.turns
-    points = turn_names(target.turn, len(target.points_m))[turns[detections.shots], detections.points]
-    named = replace(detections, points=points)
+    named = renamed(detections, usable.shots, usable.turns, turn_names(target.turn, len(target.points_m)))
     return calibrate_rig(recording, named, progress=progress, flat=flat, named=True)

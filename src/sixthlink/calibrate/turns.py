@@ -10,14 +10,17 @@ are signs. An angle of 90° could be a quarter turn forwards or backwards: such 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
 from sixthlink.calibrate.head.problem import HeadProblem
 from sixthlink.geometry import Floats, Ints, nearest_rotation, rotation_angle, transform
+from sixthlink.recording import Detections
 from sixthlink.target import turn_names
 
-__all__ = ["readings", "turn_transforms"]
+__all__ = ["readings", "renamed", "turn_transforms"]
 
 VOTERS = 60
 """Shots of a placement that vote about every other shot; enough for a clear verdict, and linear in the shots."""
@@ -34,6 +37,20 @@ def turn_transforms(points_m: Floats, turn: Ints | None) -> Floats:
         R = nearest_rotation(covariance)
         Ts.append(transform(R, points_m.mean(axis=0) - R @ named.mean(axis=0)))
     return np.stack(Ts)
+
+
+def renamed(detections: Detections, shots: Ints, turns: Ints, names: Ints) -> Detections:
+    """The detections with the names in some shots turned.
+
+    Args:
+        detections: What was seen.
+        shots: ``(N,)`` index of each of these shots.
+        turns: ``(N,)`` turns of each.
+        names: ``(K, P)`` as :func:`~sixthlink.target.turn_names` gives them.
+    """
+    of_shot = np.zeros(max(int(detections.shots.max(initial=-1)), int(shots.max(initial=-1))) + 1, dtype=np.int64)
+    of_shot[shots] = turns
+    return replace(detections, points=names[of_shot[detections.shots], detections.points])
 
 
 def readings(problem: HeadProblem, Ts_target_renamed: Floats) -> Ints:

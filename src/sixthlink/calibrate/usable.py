@@ -28,7 +28,7 @@ from sixthlink.calibrate.head import (
 from sixthlink.calibrate.lens_with_robot import refine_lens_with_robot
 from sixthlink.calibrate.rig_calibration import RigCalibration
 from sixthlink.calibrate.target_poses import TargetPoses, locate_targets
-from sixthlink.calibrate.turns import readings, turn_transforms
+from sixthlink.calibrate.turns import readings, renamed, turn_transforms
 from sixthlink.calibrate.unobserved import Unobserved, degenerate_motion, what_is_held
 from sixthlink.errors import TooFewShotsError
 from sixthlink.geometry import Floats, Ints
@@ -151,11 +151,8 @@ def _with_robot(
     if target is None:
         return cameras
     if usable.turns.any():
-        of_shot = np.zeros(len(recording.ids), dtype=np.int64)
-        of_shot[usable.shots] = usable.turns
-        d = cameras.detections
-        points = turn_names(target.turn, len(target.points_m))[of_shot[d.shots], d.points]
-        cameras = replace(cameras, detections=replace(d, points=points))
+        names = turn_names(target.turn, len(target.points_m))
+        cameras = replace(cameras, detections=renamed(cameras.detections, usable.shots, usable.turns, names))
     return refine_lens_with_robot(cameras, cameras.points_m, usable.shots, usable.problem, X, doubted=doubted)
 
 

@@ -111,7 +111,7 @@ def calibrate_folder(
 
     calibration = replace(estimate(cameras, progress), notes=image_notes(folder, recording))
     if cameras is not None and seen is not None and cameras.shape is not None:
-        flat = estimate(calibrate_cameras(recording, seen, options=options, flat=True), Silent())
+        flat = estimate(calibrate_cameras(recording, seen, flat=True), Silent())
         calibration = replace(calibration, board=_with_effect(calibration, flat))
     page = report_page(
         calibration,
